@@ -47,8 +47,8 @@ class Stands(Protocol):
         ...
 
     @property
-    def wrenches_by_axis(self) -> tuple[Floats, Floats]:
-        """Return the wrenches of weights per axis of gravity, and of the process force."""
+    def process_wrenches(self) -> Floats:
+        """Return the part of the wrenches by the process force and moment."""
         ...
 
     def __len__(self) -> int:
@@ -87,7 +87,7 @@ class Conditions:
         payload = self._state.arm.payload
         if self._on_trial or not (any(payload.force) or any(payload.moment)):
             return None
-        return np.ascontiguousarray(self._state.wrenches_by_axis[1][place].T)
+        return np.ascontiguousarray(self._state.process_wrenches[place].T)
 
     def _angle(self, part: PlacedPart | PlacedTerm) -> Floats:
         """Return the value (pose,) of the joint of a part: zero for a part without one."""

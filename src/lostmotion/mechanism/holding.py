@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.mechanism.closed_chain import assembly_of, closed_statics
 from lostmotion.mechanism.closed_position import ASSEMBLED
 from lostmotion.mechanism.frames import place_frames
-from lostmotion.mechanism.wrenches import wrenches_by_axis
+from lostmotion.mechanism.wrenches import process_wrenches, weights_by_axis
 from lostmotion.parts.term import Holding
 from lostmotion.spatial import mapped, out_of
 
@@ -40,7 +40,8 @@ def holding_loads(
     q = spread_evenly(limits)
     closed = assembly_of(tree, q)
     at = place_frames(tree, q) if closed is None else closed.frames[:, closed.problem == ASSEMBLED]
-    by_axis, process = wrenches_by_axis(tree, at, payload)
+    by_axis = weights_by_axis(tree, at, payload)
+    process = process_wrenches(tree, at, payload)
     loops = closed_statics(tree, at, process, lambda _: ())
     if loops is not None:  # of rigid parts: an assumption needs no springs
         by_axis = np.stack([loops[0].wrenches(each) for each in by_axis])

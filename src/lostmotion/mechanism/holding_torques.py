@@ -219,7 +219,7 @@ def worst_torques_over_tilts(state: State, within: float = math.pi) -> Floats:
     within a cone that is nearest to v is v itself or lies on the edge of the cone. Source:
     generalises eq. (3) of S. Strutynskyi, R. Semenchuk 2021 to any joint.
     """
-    arm, (by_axis, process) = state.arm, state.wrenches_by_axis
+    arm, by_axis, process = state.arm, state.weights_by_axis, state.process_wrenches
     out = []
     for joint, place in zip(arm.driven, arm.tree.moved, strict=True):
         v = arm.gravity * np.stack(
@@ -239,7 +239,8 @@ def _bearing_loads(state: State) -> Floats:
     """Return (pose, joint, 3): the moment across the axis at the nominal tilt and its bound over
     all tilts (N m), and the force (N).
     """
-    arm, nominal, (by_axis, process) = state.arm, state.wrenches, state.wrenches_by_axis
+    arm, nominal = state.arm, state.wrenches
+    by_axis, process = state.weights_by_axis, state.process_wrenches
     out = np.empty((len(state), len(arm.driven), 3))
     for k, (joint, place) in enumerate(zip(arm.driven, arm.tree.moved, strict=True)):
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])

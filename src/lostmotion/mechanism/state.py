@@ -12,18 +12,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.closed_chain import (
-    assembled_frames,
-    closed_statics,
-    taken_up,
-)
+from lostmotion.mechanism.closed_chain import assembled_frames, closed_statics, taken_up
 from lostmotion.mechanism.closed_composition import composed
 from lostmotion.mechanism.conditions import Conditions, springs_under
 from lostmotion.mechanism.elastostatics import Compliances, elastic_terms
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.frames import place_frames, steps_between, tool_point
 from lostmotion.mechanism.load_gradient import load_gradient
-from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
+from lostmotion.mechanism.wrenches import place_wrenches, process_wrenches, weights_by_axis
 from lostmotion.spatial import exp, mapped
 
 if TYPE_CHECKING:
@@ -126,15 +122,20 @@ class State:
         return closed_statics(self.arm.tree, self.frames, self._of_tree, springs)
 
     @functools.cached_property
-    def wrenches_by_axis(self) -> tuple[Floats, Floats]:
-        """Return the wrenches of all weights per unit of gravity along each axis of the base, and
-        those of the process force and moment; shapes and units as `wrenches.wrenches_by_axis`.
+    def weights_by_axis(self) -> Floats:
+        """Return the wrenches of all weights per unit of gravity along each axis of the base; shape
+        and unit as `wrenches.weights_by_axis`.
         """
-        by_axis, process = wrenches_by_axis(self.arm.tree, self.frames, self.arm.payload)
+        by_axis = weights_by_axis(self.arm.tree, self.frames, self.arm.payload)
         if self._closed is None:
-            return by_axis, process
-        loops = self._closed[0]
-        return np.stack([loops.wrenches(each) for each in by_axis]), loops.wrenches(process)
+            return by_axis
+        return np.stack([self._closed[0].wrenches(each) for each in by_axis])
+
+    @functools.cached_property
+    def process_wrenches(self) -> Floats:
+        """Return the part of `wrenches` by the process force and moment."""
+        process = process_wrenches(self.arm.tree, self.frames, self.arm.payload)
+        return process if self._closed is None else self._closed[0].wrenches(process)
 
     @functools.cached_property
     def torques(self) -> Floats:

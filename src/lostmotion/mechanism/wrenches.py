@@ -75,14 +75,16 @@ def _about_places(at: Floats, forces: Floats, moments: Floats) -> Floats:
     return out
 
 
-def wrenches_by_axis(tree: Tree, at: Floats, payload: Payload) -> tuple[Floats, Floats]:
-    """Return the wrenches of all weights per unit of gravity along each axis of the base, and the
-    wrenches of the process force and moment.
-
-    The first (3, place, pose, 6) in N m and N per m/s^2, the second (place, pose, 6) in N m and N.
-    Arguments as `place_wrenches`.
+def weights_by_axis(tree: Tree, at: Floats, payload: Payload) -> Floats:
+    """Return the wrenches of all weights per unit of gravity along each axis of the base (3, place,
+    pose, 6), N m and N per m/s^2; arguments as `place_wrenches`.
     """
     weight_only = payload.model_copy(update={"force": _NONE, "moment": _NONE})
-    return np.stack(
-        [place_wrenches(tree, at, weight_only, axis) for axis in np.eye(3)]
-    ), place_wrenches(tree, at, payload, np.zeros(3))
+    return np.stack([place_wrenches(tree, at, weight_only, axis) for axis in np.eye(3)])
+
+
+def process_wrenches(tree: Tree, at: Floats, payload: Payload) -> Floats:
+    """Return the wrenches of the process force and moment alone (place, pose, 6), N m and N;
+    arguments as `place_wrenches`.
+    """
+    return place_wrenches(tree, at, payload, np.zeros(3))
