@@ -270,9 +270,7 @@ class Columns:
         forms = [info.of.term.form for info in infos]
         loaded = [not _LOADS.isdisjoint(form.reads) for form in forms]
         self.fixed = ~np.array(loaded, dtype=bool)
-        self.jumps = np.array(
-            [not form.elastic and "wrench" in form.reads for form in forms], dtype=bool
-        )
+        self.jumps = np.array([form.jumps for form in forms], dtype=bool)
         # without the sides of a known approach, which are no part of the equilibrium
         settle = [each.of.term.level == "design" and each.closing is None for each in infos]
         self._design = np.flatnonzero(settle)

@@ -320,8 +320,7 @@ class DesignDeflection:
             if form.threshold is not None:
                 share = form.threshold.share(at)
                 screw *= share if form.above else 1 - share
-            jumps = not form.elastic and "wrench" in form.reads
-            (in_play if jumps else smooth)[placed.place] += screw.T
+            (in_play if form.jumps else smooth)[placed.place] += screw.T
         return smooth, in_play
 
     def tangent(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:

@@ -189,6 +189,11 @@ class Form(ABC):
         return False
 
     @property
+    def jumps(self) -> bool:
+        """Return whether a load moves it within a play: it depends on the load and is no spring."""
+        return not self.elastic and "wrench" in self.reads
+
+    @property
     def threshold(self) -> Threshold | None:
         """Return the friction that decides in each robot whether it has the screw; None where all
         robots have it.
