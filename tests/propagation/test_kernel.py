@@ -1,5 +1,6 @@
 """The Monte Carlo kernel, compared with plain NumPy on the same draws."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -250,13 +251,15 @@ def test_a_study_of_few_samples_computes_one_pose_matrix(arm, monkeypatch, robot
 @pytest.mark.parametrize("file", ["z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf"])
 def test_a_pose_has_the_same_bits_alone_and_among_others(file):
     """The frames and screws of a pose have the same bits for any number of poses computed with
-    it.
+    it, at the command and where the arm stands.
     """
     arm = read(EXAMPLES / file)
     q = sample_poses(arm, 16, "uniform").q
-    every = screws(state_of(arm, q))
-    for first, last in ((0, 1), (5, 6), (6, 8), (8, 16)):
-        some, same = screws(state_of(arm, q[first:last])), every.stretch(first, last)
+    spans = ((0, 1), (5, 6), (6, 8), (8, 16))
+    for (first, last), settled in itertools.product(spans, (False, True)):
+        states = [state_of(arm, each) for each in (q[first:last], q)]
+        some, every = (screws(each.settled() if settled else each) for each in states)
+        same = every.stretch(first, last)
         for name in ("local", "tool", "bias"):
             np.testing.assert_array_equal(
                 getattr(some, name), getattr(same, name), err_msg=f"{name} of {first} to {last}"

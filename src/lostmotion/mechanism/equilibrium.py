@@ -136,6 +136,9 @@ def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
     What remains of the twists is below 1e-9 of their sum. Where the arm would leave its
     equilibrium, or has none, the frames are NaN, and `falls_at` is the place that cannot hold.
     """
+    # NumPy's product may round by the order in memory: in this one, a pose has the same bits alone
+    # as among others
+    frames = np.ascontiguousarray(frames)
     found = _Settling(ElasticChain(tree, frames), deflection, frames)
     slow = found.by_rounds()
     if deflection.freedoms:
