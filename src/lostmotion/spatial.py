@@ -85,6 +85,13 @@ def combined(parts: Floats, matrix: Matrix, out: Floats | None = None) -> Floats
     return result
 
 
+def added_in_order(parts: Floats, axis: int) -> Floats:
+    """Return the sum of parts along an axis, of the same bits for one pose alone as among others,
+    which NumPy's sum does not ensure.
+    """
+    return np.asarray(np.cumsum(parts, axis=axis).take(-1, axis=axis))
+
+
 def out_of(frame: Floats, vector: Floats) -> Floats:
     """Return a vector (3,) of the frames' (pose, 4, 4) axes in the base's axes (pose, 3)."""
     return np.asarray(combined(frame.transpose(1, 2, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)

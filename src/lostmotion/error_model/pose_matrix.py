@@ -20,6 +20,7 @@ from lostmotion.mechanism.equilibrium import displacement
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts import forms_together
+from lostmotion.spatial import added_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
@@ -290,10 +291,10 @@ class Columns:
             design, own = self._design, local[:, self._design]
             command = replace(state, frames=found.command, equilibrium=None)
             mean = (command.tool_twists(self._place[design], own) + tool[:, design]) / 2
-            left = displacement(found) - _added(mean, 1)
+            left = displacement(found) - added_in_order(mean, 1)
             for rows in (slice(0, 3), slice(3, 6)):
-                size = np.sqrt(_added(mean[rows] ** 2, 0))
-                share = size / np.where(size.any(axis=0), _added(size, 0), 1.0)
+                size = np.sqrt(added_in_order(mean[rows] ** 2, 0))
+                share = size / np.where(size.any(axis=0), added_in_order(size, 0), 1.0)
                 tool[rows, design] = mean[rows] + left[rows, None] * share
         return PoseMatrix(
             self.infos,
@@ -348,13 +349,6 @@ class Columns:
                 if factor is not None:
                     screw *= factor
         return local
-
-
-def _added(parts: Floats, axis: int) -> Floats:
-    """Return the sum along an axis, added in one order for any number of poses; NumPy's sum adds
-    the values of one pose in another.
-    """
-    return np.cumsum(parts, axis=axis).take(-1, axis=axis)
 
 
 def _kind(of: PlacedTerm) -> tuple[int, int | None, Hashable, bool]:
