@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import tomllib
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
+from lostmotion.io.arm_templates import template_text
 from lostmotion.io.native import arm_of
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
@@ -101,6 +103,22 @@ def test_poses_of_a_closed_chain_stay_in_its_assembly_mode():
     line, across = elbows[1] - elbows[0], tool - elbows[0]
     side = line[:, 0] * across[:, 1] - line[:, 1] * across[:, 0]
     assert (side > 0).all()
+
+
+def test_legs_without_a_start_aim_at_the_platform_that_they_carry():
+    """Straight up, as their file leaves them, the legs of a hexapod would be in a singularity; home
+    is the pose at which distances from ball to ball are the lengths of the legs.
+    """
+    chain = arm_of("hexapod.toml", tomllib.loads(template_text("hexapod")))
+    state = state_of(chain, chain.home[None])
+    middle = state.frames[-1, 0]
+    np.testing.assert_allclose(middle[:3, :3], np.eye(3), atol=1e-6)
+    base, ball = (
+        radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        for radius, angle in ((0.15, np.radians(-15)), (0.1, np.radians(-45)))
+    )
+    length = np.linalg.norm(middle[:3, 3] + ball - base)
+    np.testing.assert_allclose(length, 0.09 + 0.035 + 0.09, atol=1e-7)
 
 
 def test_a_pose_that_cannot_be_assembled_is_refused_by_name():

@@ -43,7 +43,7 @@ _NEARLY_MET: Final = 1e-3
 _LONGEST_STEP: Final = 0.3
 # Longest step of the drives from pose to pose of a continuation, rad or as a share of the size.
 _STRIDE: Final = 0.5
-_MOST_STEPS, _MOST_AT_HOME = 6, 200
+_MOST_STEPS, _MOST_AT_HOME, _MOST_AIMING = 6, 200, 30
 _SHORTEST: Final = 2.0**-7
 ASSEMBLED, NOT_ASSEMBLED, SINGULAR, LIMITED, NEAR_SINGULAR = range(5)
 # Poses at which errors of the drives move the tool this many times as far as at home are too near
@@ -257,7 +257,7 @@ def _same_side(before: Floats, now: Floats, idle: int) -> NDArray[np.bool_]:
 def home_of(tree: Tree) -> Home:
     """Return the chain at home: from where its file states that the passive joints start."""
     q = np.array(tree.home)[None]
-    start = np.array([each.start for each in tree.passive]).reshape(-1, 1, 4, 4)
+    start = _aimed(tree, q, np.array([each.start for each in tree.passive]).reshape(-1, 1, 4, 4))
     before = _jacobian(tree, _frames(tree, q, start))
     motions, jacobian, _ = _newton(tree, q, start, _MOST_AT_HOME, 1)
     at = _frames(tree, q, motions)
@@ -271,6 +271,21 @@ def home_of(tree: Tree) -> Home:
         rank,
         not bool(_same_side(before, jacobian, idle)[0]),
     )
+
+
+def _aimed(tree: Tree, q: Floats, motions: Floats) -> Floats:
+    """Return motions at which legs aim at the bodies that they carry, whose start stays: legs all
+    straight up have no orientation that could be compared with that of the closed chain.
+    """
+    rows, columns = balance(tree)
+    wide = [tree.places[each.place].twist.shape[1] for each in tree.passive]
+    held = np.repeat([freedoms == len(twist_units(tree)) for freedoms in wide], wide)
+    for _ in range(_MOST_AIMING if held.any() else 0):
+        at = _frames(tree, q, motions)
+        away = (misfits(tree, at).reshape(1, -1) * rows)[..., None]
+        step = -(np.linalg.pinv(_jacobian(tree, at) * ~held, rcond=RANK) @ away)[..., 0]
+        motions = moved_on(tree, motions, np.clip(step, -_LONGEST_STEP, _LONGEST_STEP) * columns)
+    return motions
 
 
 def rank_of(matrix: Floats) -> int:

@@ -15,7 +15,18 @@ from lostmotion.reporting.sheet import Sheet, table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Template = Literal["z-arm", "six-axis", "scara", "gantry", "hobby", "palletiser"]
+Template = Literal[
+    "z-arm",
+    "six-axis",
+    "scara",
+    "gantry",
+    "hobby",
+    "palletiser",
+    "linkage-palletiser",
+    "five-bar",
+    "delta",
+    "hexapod",
+]
 
 
 @dataclass(frozen=True, repr=False)
