@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.instruments import FullPoses
 from lostmotion.calibration.model import model_of
-from lostmotion.calibration.robot import calibration_of, estimated_errors
+from lostmotion.calibration.robot import calibrations_of, estimated_errors
 from lostmotion.calibration.terms import Deviations, added_terms
 from lostmotion.spatial import inverse
 
@@ -74,7 +74,7 @@ def errors_of_chain(
     )
     moved = model.frames(found.mean)
     return ChainErrors(
-        calibration_of(arm, model, found, _WIDE),
+        calibrations_of(arm, model, found, _WIDE).own,
         estimated_errors(model, found, FullPoses(frames)),
         float(np.linalg.norm(moved[:, :3, 3] - frames[:, :3, 3], axis=1).max()),
         float(np.linalg.norm(nominal[:, :3, 3] - frames[:, :3, 3], axis=1).mean()),

@@ -13,7 +13,7 @@ from lostmotion.calibration.instruments import FullPoses, Points
 from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.partial import instrument_of
-from lostmotion.calibration.reduction import reduced
+from lostmotion.calibration.reduction import in_best_frames, reduced
 from lostmotion.calibration.terms import (
     Deviations,
     added_terms,
@@ -95,7 +95,7 @@ class Robot:
     """What is known of one robot.
 
     arm          the arm as its file states it
-    calibration  estimates of its draws, with inflated covariance
+    calibrations estimates of its draws, with inflated covariance
     climb        families of errors, with their errors at held-out poses
     instrument   what was measured, in the base frame
     frames       (pose, 4, 4) nominal frames of the tool
@@ -107,7 +107,7 @@ class Robot:
     """
 
     arm: Arm
-    calibration: Calibration
+    calibrations: Calibrations
     climb: Climb
     instrument: Instrument
     frames: Floats
@@ -116,6 +116,11 @@ class Robot:
     alignment: Alignment | None
     sign: int
     errors: tuple[EstimatedError, ...]
+
+    @property
+    def calibration(self) -> Calibration:
+        """Return the estimates, compared with the base and tool frame that fit the robot best."""
+        return self.calibrations.own
 
     @property
     def calibrated(self) -> Arm:
@@ -160,7 +165,7 @@ def robot_of(
     inflation = found.kept.blocked.inflation
     return Robot(
         arm,
-        calibration_of(arm, found.model, found.kept.fit, chosen, inflation),
+        calibrations_of(arm, found.model, found.kept.fit, chosen, inflation),
         found,
         seen.instrument,
         seen.frames,
@@ -244,9 +249,20 @@ def _in_base(
     return in_base(rigid.frame, point), turned, rigid
 
 
-def calibration_of(
+class Calibrations(NamedTuple):
+    """A robot as every question takes it, and where it was measured.
+
+    own          compared with the base and tool frame that fit it best
+    as_measured  without them: the most probable tool in the base frame, and no covariance
+    """
+
+    own: Calibration
+    as_measured: Calibration
+
+
+def calibrations_of(
     arm: Arm, model: RobotModel, best: Estimates, sizes: Deviations, inflation: float = 1.0
-) -> Calibration:
+) -> Calibrations:
     """Return the estimates of all draws that a measurement is about, with inflated covariance."""
     kept = np.flatnonzero(best.variances[: len(model.streams)])
     streams = tuple((model.streams[k].name, model.streams[k].law) for k in kept)
@@ -256,16 +272,17 @@ def calibration_of(
         for term in added_terms(arm, sizes)
         if term.term.robot is not None and term.term.robot.name(term.owner) in names
     )
-    covariance = inflation * best.covariance[np.ix_(kept, kept)]
     everywhere = model_of(arm, sample_poses(arm, _POSES, "sobol", 1).q, added)
-    there = everywhere.numbers([model.streams[k] for k in kept])
-    columns = np.concatenate([model.columns[:, 3:, kept], everywhere.columns[:, 3:, there]])
-    factor = reduced(columns, covariance)
-    return Calibration(streams, best.mean[kept], _symmetric(factor @ factor.T), added)
-
-
-def _symmetric(matrix: Floats) -> Floats:
-    return np.asarray((matrix + matrix.T) / 2)
+    columns = everywhere.columns[:, :, everywhere.numbers([model.streams[k] for k in kept])]
+    measured = columns if sizes.tool_turn else columns[:, 3:]
+    frames = np.array([is_frame(model.owners[k]) for k in kept])
+    own = in_best_frames(measured, frames)
+    covariance = own @ (inflation * best.covariance[np.ix_(kept, kept)]) @ own.T
+    mean = best.mean[kept]
+    return Calibrations(
+        Calibration(streams, own @ mean, reduced(columns[:, 3:], covariance), added),
+        Calibration(streams, mean, np.zeros_like(covariance), added),
+    )
 
 
 def estimated_errors(

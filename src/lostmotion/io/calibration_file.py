@@ -14,7 +14,8 @@ phase = "sine"                           # a harmonic has two draws, "sine" and 
 mean = -0.3
 deviation = 0.14
 
-factor = [[0.1, 0.0], [0.0, 0.14]]       # or: the covariance is factor times its transpose
+factor = [[0.1, 0.0], [0.0, 0.14]]       # or: the covariance of all estimates without a deviation
+                                         is factor times its transpose
 
 [added]                                  # deviations, rad and m, assumed for errors that the arm's
 turn = 0.0005                            # file does not state, as `lostmotion calibrate` adds them
@@ -169,13 +170,19 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
 
 def _covariance(stated: _File) -> Floats:
     """Return the covariance of the estimates by whichever of its three forms is stated."""
-    if stated.factor is not None:
-        factor = np.array(stated.factor)
-        whole = factor @ factor.T
-        return np.asarray((whole + whole.T) / 2)
     if stated.covariance is not None:
         return np.array(stated.covariance)
-    return np.diag(np.square([each.deviation or 0.0 for each in stated.estimates]))
+    out = np.diag(np.square([each.deviation or 0.0 for each in stated.estimates]))
+    if stated.factor is not None:
+        factor, joint = np.array(stated.factor), np.flatnonzero(_joint(stated))
+        whole = factor @ factor.T
+        out[np.ix_(joint, joint)] = (whole + whole.T) / 2
+    return out
+
+
+def _joint(stated: _File) -> list[bool]:
+    """Return which of the estimates have no deviation of their own."""
+    return [each.deviation is None for each in stated.estimates]
 
 
 def _mistakes_in_factor(file: str, stated: _File) -> list[Problem]:
@@ -184,9 +191,10 @@ def _mistakes_in_factor(file: str, stated: _File) -> list[Problem]:
     if stated.covariance is not None:
         expected = "covariance or factor, not both"
         out.append(Problem(file, "factor", "beside covariance", expected, example))
-    if len(rows) != len(stated.estimates) or len(set(map(len, rows))) != 1 or not rows[0]:
+    count = sum(_joint(stated))
+    if len(rows) != count or len(set(map(len, rows))) != 1 or not rows[0]:
         found = f"{len(rows)} rows of {listed(sorted({str(len(row)) for row in rows}))} numbers"
-        expected = f"{len(stated.estimates)} equally long rows, one per estimate"
+        expected = f"{count} equally long rows, one per estimate without a deviation"
         out.append(Problem(file, "factor", found, expected, example))
     if not all(abs(each) <= _FARTHEST for row in rows for each in row):
         expected = f"numbers of at most {_FARTHEST:g}"
@@ -265,7 +273,7 @@ def _mistakes_in(file: str, k: int, stated: _Estimate, whole: _File) -> list[Pro
     if not together and stated.deviation is None:
         expected = "the standard deviation of the estimate, or covariance above all estimates"
         out.append(Problem(file, f"{key}.deviation", "nothing", expected, "deviation = 0.1"))
-    if together and stated.deviation is not None:
+    if whole.covariance is not None and stated.deviation is not None:
         expected = "no deviation beside covariance, whose diagonal has its square"
         out.append(
             Problem(file, f"{key}.deviation", shown(stated.deviation), expected, _COVARIANCE)

@@ -30,8 +30,10 @@ def calibration_text(
     poses   number of measured poses
     digest  hash of the measured data
     """
-    factor = _factor(calibration.covariance)
-    deviations = np.sqrt(np.diag(calibration.covariance))
+    covariance = calibration.covariance
+    deviations = np.sqrt(np.diag(covariance))
+    joint = (covariance != np.diag(np.diag(covariance))).any(axis=1)
+    factor = _factor(covariance[np.ix_(joint, joint)])
     names = [name for name, _ in calibration.streams]
     lines = [
         "# Estimates of the errors of one robot, by lostmotion calibrate: every command takes this",
@@ -49,12 +51,13 @@ def calibration_text(
         "[added]  # standard deviations, rad and m, of errors that the arm file does not state",
         *(f"{key} = {value!r}" for key, value in asdict(sizes).items()),
     ]
-    for (name, law), mean, deviation in zip(
-        calibration.streams, calibration.mean, deviations, strict=True
+    for (name, law), mean, deviation, tied in zip(
+        calibration.streams, calibration.mean, deviations, joint, strict=True
     ):
         lines += ["", "[[estimates]]", f'draw = "{name}"']
         lines += [f'phase = "{_PHASES[type(law)]}"'] if names.count(name) > 1 else []
-        lines.append(f"mean = {float(mean)!r}  # ± {deviation:.2g}")
+        lines.append(f"mean = {float(mean)!r}" + (f"  # ± {deviation:.2g}" if tied else ""))
+        lines += [] if tied else [f"deviation = {float(deviation)!r}"]
     return "\n".join(lines) + "\n"
 
 
@@ -62,6 +65,4 @@ def _factor(covariance: Floats) -> Floats:
     """Return a factor F of the covariance F F', as narrow as its rank."""
     values, vectors = np.linalg.eigh(covariance)
     kept = values > _ROUNDING * values.max(initial=0.0)
-    if not kept.any():
-        return np.zeros((len(covariance), 1))
     return np.asarray((vectors * np.sqrt(np.maximum(values, 0.0)))[:, kept][:, ::-1])

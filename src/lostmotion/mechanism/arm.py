@@ -286,6 +286,8 @@ class Arm(Part):
         """
         estimates = 0 if self.calibration is None else len(self.calibration.streams)
         calibrated = f"these are the figures of one calibrated robot, with {estimates} estimates"
+        if self.calibration is not None and self.calibration.added:
+            calibrated += ", compared with the base and tool frame that fit it best"
         return (
             *self.notes,
             *([calibrated] if estimates else []),

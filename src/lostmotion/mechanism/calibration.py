@@ -38,7 +38,7 @@ class Correlations:
 
     streams  names of the draws
     factor   (stream, stream) lower triangle with rows of unit length, the Cholesky factor of their
-             correlation matrix
+             correlation matrix; columns beyond its rank are zero
     """
 
     streams: tuple[str, ...]
@@ -168,9 +168,12 @@ class Calibration:
         if not len(some):
             return None
         values, vectors = np.linalg.eigh(correlation[np.ix_(some, some)])
+        rank = np.flatnonzero(values > _ROUNDING * values[-1])
         # By QR, and not by Cholesky's method, since a covariance may be singular.
-        _, upper = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)
-        factor = np.tril((upper * np.where(np.diag(upper) < 0, -1.0, 1.0)[:, None]).T)
+        _, upper = np.linalg.qr((vectors[:, rank] * np.sqrt(values[rank])).T)
+        factor = np.zeros_like(vectors)
+        signs = np.where(np.diag(upper) < 0, -1.0, 1.0)
+        factor[:, : len(rank)] = np.tril((upper * signs[:, None]).T)
         factor /= np.linalg.norm(factor, axis=1, keepdims=True)
         return Correlations(
             tuple(

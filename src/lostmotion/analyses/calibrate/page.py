@@ -1,4 +1,4 @@
-"""Sheet and plots of a calibration: accuracy before and after, families of errors, estimates, parts
+"""Sheet of a calibration: accuracy before and after, families of errors, estimates, parts
 out of tolerance, and rows that were weighted down.
 """
 
@@ -10,16 +10,12 @@ import numpy as np
 
 from lostmotion.analyses.calibrate.answer import PARTLY, UNRESOLVED, size
 from lostmotion.analyses.calibrate.planned import next_poses
+from lostmotion.calibration.terms import is_frame
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.chart import label_axes, legend, one
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.palette import LIGHT
-from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Card, Cell, Row, Sheet, in_words, length, several, table
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from lostmotion.analyses.calibrate.answer import CalibrationAnswer
     from lostmotion.calibration.robot import EstimatedError
     from lostmotion.reporting.sheet import Section
@@ -95,6 +91,7 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
             *_released(found),
             _estimates(found),
             *_periodic(found),
+            *_frames(found),
             _refusals(found),
             _next(found),
             _rows(found),
@@ -291,6 +288,24 @@ def _periodic(found: CalibrationAnswer) -> list[Section]:
     ]
 
 
+def _frames(found: CalibrationAnswer) -> list[Section]:
+    """Return the base and tool frame to which every other command compares this robot."""
+    own, measured = found.robot.calibrations
+    names = [name for name, _ in own.streams]
+    rows = [
+        (of.name, Cell(turn, "mrad") if turning else length(turn))
+        for of in own.added
+        if is_frame(of.owner)
+        for k in [names.index(of.name)]
+        for turn in [of.term.scale * float(measured.mean[k] - own.mean[k])]
+        for turning in [of.term.name.startswith("turn")]
+    ]
+    note = "with them the nominal arm is nearest to this robot; with robot.toml every command "
+    note += "compares it with these frames, which count as no error"
+    title = "Base and tool frame that fit this robot best"
+    return [table("frames", title, ("from the arm file",), rows, note)] if rows else []
+
+
 def _refusals(found: CalibrationAnswer) -> Section:
     kinds = [_STIFFNESS, _DRIFT]
     kinds += [] if np.any(found.visits.approach) else [_SIDE]
@@ -330,63 +345,3 @@ def _rows(found: CalibrationAnswer) -> Section:
         for k in order
     ]
     return table("rows", "Rows with the largest error", ("held out", "fitted", "weight"), rows)
-
-
-def calibrated_plots(found: CalibrationAnswer) -> list[Plot]:
-    """Return the distributions of the error before and after, and the held-out errors over the
-    workspace.
-    """
-    return [
-        Plot(
-            "errors",
-            "accuracy",
-            _distributions(found),
-            "Share of the measured poses with an error below a length, before and after.",
-        ),
-        Plot(
-            "places",
-            "rows",
-            _places(found),
-            "Held-out error of each measured pose by its place in the base's axes.",
-        ),
-    ]
-
-
-def _distributions(found: CalibrationAnswer) -> Figure:
-    made, on = one("Error at poses that were not used", 80)
-    climb = found.robot.climb
-    for name, error, colour in (
-        ("base and tool frame", found.before, "c3"),
-        ("calibrated, excluded regions", climb.kept.blocked.error, "c2"),
-        ("calibrated, random folds", climb.random.error, "c1"),
-    ):
-        share = 100 * np.arange(1, len(error) + 1) / len(error)
-        on.plot(1e3 * np.sort(error), share, color=LIGHT[colour], label=name)
-    on.set_xscale("log")
-    on.set_ylim(0, 100)
-    label_axes(on, "error [mm]", "poses below [%]")
-    legend(made)
-    return made
-
-
-def _places(found: CalibrationAnswer) -> Figure:
-    points = 1e3 * found.robot.frames[:, :3, 3]
-    error = found.robot.climb.random.error
-    made, on = one("Held-out error over the workspace, seen from above", 110)
-    limits = np.quantile(error, [0.5, 0.9])
-    for number, (colour, name) in enumerate(
-        (("c1", "lower half"), ("c3", "up to the 90th percentile"), ("warn", "largest tenth"))
-    ):
-        inside = np.searchsorted(limits, error) == number
-        on.plot(
-            *points[inside, :2].T,
-            linestyle="none",
-            marker="o",
-            markersize=3,
-            color=LIGHT[colour],
-            label=name,
-        )
-    on.set_aspect("equal", adjustable="datalim")
-    label_axes(on, "x [mm]", "y [mm]")
-    legend(made)
-    return made

@@ -63,17 +63,18 @@ class Calibrated(CalibrationAnswer, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.calibrate.page import calibrated_plots
+        from lostmotion.analyses.calibrate.plots import calibrated_plots
 
         return calibrated_plots(self)
 
     def corrected(self, q: Floats) -> Floats:
         """Return commands (pose, joint), rad and m, by which this robot reaches the poses of the
-        nominal arm at q (pose, joint).
+        nominal arm at q (pose, joint), in the base frame as it was measured.
         """
         from lostmotion.calibration.correction import corrected
 
-        return corrected(self.arm, q)[0]
+        robot = self.robot
+        return corrected(robot.arm.calibrated(robot.calibrations.as_measured), q)[0]
 
     def files(self) -> dict[str, bytes]:
         """Return robot.toml, which every command takes as `--calibration`, and joints.csv with the
