@@ -284,13 +284,9 @@ class Arm(Part):
         """Return the notes of the arm, then whether it is calibrated, what encoders correct, what
         is not stated (members, ratings, friction, masses), and what expands.
         """
-        estimates = 0 if self.calibration is None else len(self.calibration.streams)
-        calibrated = f"these are the figures of one calibrated robot, with {estimates} estimates"
-        if self.calibration is not None and self.calibration.added:
-            calibrated += ", compared with the base and tool frame that fit it best"
         return (
             *self.notes,
-            *([calibrated] if estimates else []),
+            *(() if self.calibration is None else self.calibration.remarks),
             *remarks_on_ranges(unknown_values(self)),
             *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
             *temperature_remarks(self.joints, self.environment),

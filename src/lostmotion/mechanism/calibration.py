@@ -115,6 +115,15 @@ class Calibration:
                 streams='[("joints.A.encoder.zero", Normal())]',
             )
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what every figure of this robot is of; nothing without an estimate."""
+        if not self.streams:
+            return ()
+        text = f"these are the figures of one calibrated robot, with {len(self.streams)} estimates"
+        compared = ", compared with the base and tool frame that fit it best"
+        return (text + (compared if self.added else ""),)
+
     def refuse_unknown(self, terms: Sequence[PlacedTerm]) -> None:
         """Raise InputError for a stream by which none of these terms is drawn, with the nearest
         that there is.
