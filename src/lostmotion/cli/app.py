@@ -18,8 +18,17 @@ from typer.core import TyperCommand, TyperGroup
 
 from lostmotion import QUESTIONS
 from lostmotion.cli.generator import command_name, command_of, stopped, swallowed
-from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
-from lostmotion.cli.terminal import LOST, begin_printing, flush, give_up, is_of_output, open_up, say
+from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded, too_little_space
+from lostmotion.cli.terminal import (
+    LOST,
+    begin_printing,
+    flush,
+    give_up,
+    is_of_output,
+    is_printing,
+    open_up,
+    say,
+)
 from lostmotion.errors import InputError, LostmotionError, Problem, nearest, shown
 from lostmotion.extensions import extensions, question_named
 from lostmotion.version import __version__
@@ -78,6 +87,8 @@ class _Questions(TyperGroup):
         """Return the command that was typed. Raises InputError where there is none of this name."""
         if _completes(ctx):
             return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
+        if refused := too_little_space():  # before the libraries of any command are loaded
+            raise LostmotionError(refused)
         if " ".join(args[:2]) in map(command_name, QUESTIONS):  # `export c`
             args = [" ".join(args[:2]), *args[2:]]
         word = args[0]
@@ -199,15 +210,22 @@ def _carried_out() -> tuple[int, str]:
         )
     except LostmotionError as error:
         return 2, str(error)
-    except MemoryError:
-        return 2, "not enough memory for that many poses, robots or visits; nothing was written"
-    except (ImportError, OSError, RuntimeError) as error:
-        if is_of_loading(error) or (isinstance(error, RuntimeError) and is_of_memory(error)):
-            return 2, not_loaded(error)
+    except (MemoryError, ImportError, OSError, RuntimeError) as error:
+        if is_of_loading(error) or (is_of_memory(error) and not isinstance(error, OSError)):
+            return _of_memory(error)
         if isinstance(error, OSError):
             return _of_system(error)
         raise
     return 0, ""
+
+
+def _of_memory(error: BaseException) -> tuple[int, str]:
+    """Return exit code and message for memory that ran out, or a package that is not loaded."""
+    if is_of_memory(error) and is_printing():
+        return 1, "not enough memory to print all of it; the results are written"
+    if isinstance(error, MemoryError):
+        return 2, "not enough memory for that many poses, robots or visits; nothing was written"
+    return 2, not_loaded(error)
 
 
 def _of_system(error: OSError) -> tuple[int, str]:

@@ -5,6 +5,7 @@ package itself.
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from typing import Final
 
 # What loaders, threads and allocators report where memory runs out, on Linux, macOS and Windows.
@@ -15,6 +16,8 @@ _OF_MEMORY: Final = re.compile(
     ),
     re.IGNORECASE,
 )
+# Address space that a command takes with its libraries on two threads, bytes.
+_TAKEN: Final = 1_000_000_000
 
 
 def is_of_memory(error: BaseException) -> bool:
@@ -45,6 +48,23 @@ def not_loaded(error: BaseException) -> str:
         )
     hint = "free memory, or install it again, for example: pip install --force-reinstall lostmotion"
     return f"a package cannot be loaded: {text.partition('. ')[0]}\n  {hint}"
+
+
+def too_little_space() -> str:
+    """Return the message for a limit of the address space under which libraries do not load; empty
+    without one. OpenBLAS and LLVM would end the process, or wait for memory for ever.
+    """
+    with suppress(ImportError):  # there is none on Windows
+        import resource
+
+        most = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if most != resource.RLIM_INFINITY and most < _TAKEN:
+            return (
+                f"not enough memory: {most / 1e6:.0f} MB of address space are allowed, and a "
+                f"command takes {_TAKEN / 1e6:.0f} MB; nothing was written\n  raise the limit, for "
+                "example: ulimit -v unlimited"
+            )
+    return ""
 
 
 def _causes(error: BaseException) -> list[BaseException]:

@@ -60,6 +60,11 @@ def begin_printing(*, begun: bool = True) -> None:
     _printing[:] = [True] if begun else []
 
 
+def is_printing() -> bool:
+    """Return whether results are printed by now, so that all files are written."""
+    return bool(_printing)
+
+
 def say(text: str, *, error: bool = False) -> None:
     """Print a line; control characters in it are written out."""
     if not error:
@@ -135,7 +140,7 @@ def is_of_output(error: OSError) -> bool:
     """Return whether an error is one of a stream while results are printed; an error of a file
     names the file.
     """
-    return bool(_printing) and error.filename is None and error.errno in _OUTPUT_ERRORS
+    return is_printing() and error.filename is None and error.errno in _OUTPUT_ERRORS
 
 
 def give_up() -> None:
