@@ -199,8 +199,10 @@ def random_arm(seed: int, joints: int, softness: float) -> dict:
     }
 
 
-def described(arm: dict) -> Arm:
-    """Return the arm as this software describes it."""
+def described(arm: dict, *, errors: bool = False) -> Arm:
+    """Return the arm as this software describes it, with errors of encoders, springs and links where
+    they are wanted.
+    """
     joints = [
         {
             "name": f"J{k}",
@@ -208,7 +210,12 @@ def described(arm: dict) -> Arm:
             "axis": tuple(each["axis"]),
             "limits": (-3.0, 3.0),
             "mass": each["housing"],
-            "gearbox": {"ratio": 100, "stiffness": each["spring"]},
+            "gearbox": {
+                "ratio": 100,
+                "stiffness": each["spring"],
+                **({"stiffness_scatter": 0.1} if errors else {}),
+            },
+            **({"encoder": {"zero": 3e-4}} if errors else {}),
             "bearing": {
                 "kind": "crossed roller",
                 "moment_stiffness": each["tilt"],
@@ -219,6 +226,7 @@ def described(arm: dict) -> Arm:
                 "tip": {"xyz": tuple(each["xyz"]), "rpy": tuple(each["rpy"])},
                 "mass": each["mass"],
                 "centre_of_mass": tuple(each["centre"]),
+                **({"length_tolerance": 1e-4} if errors else {}),
                 "compliance": {
                     "matrix": tuple(map(tuple, each["compliance"])),
                     "own_weight": tuple(map(tuple, each["own_weight"])),

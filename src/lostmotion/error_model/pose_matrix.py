@@ -16,6 +16,7 @@ from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_cha
 from lostmotion.error_model.columns import Column, Draws, ToolScrews, grouped
 from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import COMPARED
+from lostmotion.mechanism import load_feedback
 from lostmotion.mechanism.equilibrium import displacement
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
@@ -168,9 +169,8 @@ def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:
     """Return the pose matrix of an arm in this state, to first order in the errors about it: about
     the loaded arm for a settled state, about the command for any other.
 
-    The loads are those of the state: the little by which an error itself changes them, and with
-    them the deflection, is neglected. It is the share of the stiffness that the load gradient takes
-    away, the contraction of the equilibrium; exact composition has it.
+    In a settled state of a soft arm the deflections follow the loads that an error changes
+    (`load_feedback`). For a stiff arm, and at the command, the loads are those of the state.
 
     approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or
               (pose, joint)
@@ -274,19 +274,26 @@ class Columns:
         self.jumps = np.array([form.jumps for form in forms], dtype=bool)
         # without the sides of a known approach, which are no part of the equilibrium
         settle = [each.of.term.level == "design" and each.closing is None for each in infos]
-        self._design = np.flatnonzero(settle)
+        self._design, self._drawn = (
+            np.flatnonzero(settle),
+            np.flatnonzero(~np.array(settle, dtype=bool)),
+        )
 
     def matrix(self, state: State) -> PoseMatrix:
         """Return the pose matrix in a state of the arm.
 
         In a settled state the design columns add up to the exact displacement of the tool from its
         command: each column moves the tool by the mean of its effects at the command and where the
-        arm stands, and what that leaves (third order) is shared in proportion to their sizes.
+        arm stands, and what that leaves (third order) is shared in proportion to their sizes. The
+        other columns of a soft arm change the loads.
         """
         closed = np.empty((self._rows, len(state)))
         local = self.local(state, self._last_motion, closed)
         tool = state.tool_twists(self._place, local)
         found = state.equilibrium
+        if found is not None and state.arm.soft_freedoms and len(self._drawn):
+            drawn = self._drawn
+            tool[:, drawn] = load_feedback.tool_twists(state, self._place[drawn], local[:, drawn])
         if found is not None and len(self._design):
             design, own = self._design, local[:, self._design]
             command = replace(state, frames=found.command, equilibrium=None)

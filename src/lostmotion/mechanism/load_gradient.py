@@ -8,6 +8,7 @@ the process force and moment turn with the tool.
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -126,9 +127,11 @@ def load_gradient(
         return sum(weights[w].mass for w in loading), first
 
     loading = [loads_of(k) for k in range(len(at))]
-    for j, (place, component) in enumerate(freedoms):
-        motion = np.zeros((2, poses, 3))
-        motion[component // 3] = at[place][:, :3, component % 3]
+    for place, group in itertools.groupby(enumerate(freedoms), lambda each: each[1].place):
+        numbers, components = zip(*((j, each.component) for j, each in group), strict=True)
+        motion = np.zeros((2, len(numbers), poses, 3))
+        for m, component in enumerate(components):
+            motion[component // 3, m] = at[place][:, :3, component % 3]
         turn, shift = motion
         falls = cross(turn, gravity[None])
         origin = at[place][:, :3, 3]
@@ -146,5 +149,6 @@ def load_gradient(
             else:
                 changes = moved + cross(at[-1][:, :3, 3] - at[k][:, :3, 3], turned), turned
             for rows, change in zip((slice(0, 3), slice(3, 6)), changes, strict=True):
-                out[k, :, rows, j] = np.einsum("pji,pj->pi", at[k][:, :3, :3], change)
+                local = sum(at[k][:, j, :3] * change[..., j, None] for j in range(3))
+                out[k, :, rows, numbers[0] : numbers[-1] + 1] = np.moveaxis(local, 0, 2)
     return out
