@@ -15,13 +15,11 @@ from lostmotion.error_model.calibrated import mixtures
 from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_change
 from lostmotion.error_model.columns import Column, Draws, ToolScrews, grouped
 from lostmotion.error_model.draws import Stream
+from lostmotion.error_model.settled_columns import moved_tool
 from lostmotion.laws.distributions import COMPARED
-from lostmotion.mechanism import load_feedback
-from lostmotion.mechanism.equilibrium import displacement
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts import forms_together
-from lostmotion.spatial import added_in_order
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
@@ -273,36 +271,18 @@ class Columns:
         self.fixed = ~np.array(loaded, dtype=bool)
         self.jumps = np.array([form.jumps for form in forms], dtype=bool)
         # without the sides of a known approach, which are no part of the equilibrium
-        settle = [each.of.term.level == "design" and each.closing is None for each in infos]
-        self._design, self._drawn = (
-            np.flatnonzero(settle),
-            np.flatnonzero(~np.array(settle, dtype=bool)),
-        )
+        settles = [each.of.term.level == "design" and each.closing is None for each in infos]
+        self._settles = np.array(settles, dtype=bool)
 
     def matrix(self, state: State) -> PoseMatrix:
         """Return the pose matrix in a state of the arm.
 
         In a settled state the design columns add up to the exact displacement of the tool from its
-        command: each column moves the tool by the mean of its effects at the command and where the
-        arm stands, and what that leaves (third order) is shared in proportion to their sizes. The
-        other columns of a soft arm change the loads.
+        command, and the other columns of a soft arm change the loads (`settled_columns`).
         """
         closed = np.empty((self._rows, len(state)))
         local = self.local(state, self._last_motion, closed)
-        tool = state.tool_twists(self._place, local)
-        found = state.equilibrium
-        if found is not None and state.arm.soft_freedoms and len(self._drawn):
-            drawn = self._drawn
-            tool[:, drawn] = load_feedback.tool_twists(state, self._place[drawn], local[:, drawn])
-        if found is not None and len(self._design):
-            design, own = self._design, local[:, self._design]
-            command = replace(state, frames=found.command, equilibrium=None)
-            mean = (command.tool_twists(self._place[design], own) + tool[:, design]) / 2
-            left = displacement(found) - added_in_order(mean, 1)
-            for rows in (slice(0, 3), slice(3, 6)):
-                size = np.sqrt(added_in_order(mean[rows] ** 2, 0))
-                share = size / np.where(size.any(axis=0), added_in_order(size, 0), 1.0)
-                tool[rows, design] = mean[rows] + left[rows, None] * share
+        tool = moved_tool(state, self._place, local, self._settles)
         return PoseMatrix(
             self.infos,
             tool.transpose(2, 0, 1),

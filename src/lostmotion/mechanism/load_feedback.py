@@ -57,7 +57,7 @@ def _carries(state: State, places: NDArray[np.int64]) -> list[Floats]:
     found = state.equilibrium
     twists = np.zeros((*state.frames.shape[:2], 6)) if found is None else found.twists
     change = _changes(state, springs, every)  # (pose, row, column)
-    poses, rows, _ = change.shape
+    rows = change.shape[1]
     to_tool = {}
     for n, k in enumerate(every.tolist()):
         # what is added to a deflection, in the axes of the deflected place
@@ -79,7 +79,7 @@ def _carries(state: State, places: NDArray[np.int64]) -> list[Floats]:
     return out
 
 
-class _Springs(NamedTuple):
+class _LoadedPlaces(NamedTuple):
     """What deflects under load, at the places with such parts.
 
     places      their indices
@@ -94,7 +94,7 @@ class _Springs(NamedTuple):
     own_weight: Floats
 
 
-def _springs(state: State) -> _Springs:
+def _springs(state: State) -> _LoadedPlaces:
     count = len(state.frames)
     whole, weights = np.zeros((2, count, len(state), 6, 6))
     own_weight, conditions = np.zeros((count, 6, 3)), state.conditions()
@@ -110,10 +110,10 @@ def _springs(state: State) -> _Springs:
                 own_weight[k] += placed.term.scale * form.own_weight
             acting.add(k)
     places = tuple(sorted(acting))
-    return _Springs(places, *(each[list(places)] for each in (whole, weights, own_weight)))
+    return _LoadedPlaces(places, *(each[list(places)] for each in (whole, weights, own_weight)))
 
 
-def _changes(state: State, springs: _Springs, every: NDArray[np.int64]) -> Floats:
+def _changes(state: State, springs: _LoadedPlaces, every: NDArray[np.int64]) -> Floats:
     """Return the change of the deflections of the springs per displacement of each of these places
     (pose, 6 spring places, 6 places), rad and m per rad and m.
     """
