@@ -7,12 +7,14 @@ by the twist of the tool about the tool point in the base's axes, and by the unk
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import NDArray
 
     from lostmotion.spatial import Floats
@@ -45,6 +47,23 @@ class MeasuredVisits:
         """Return the number of visits."""
         return len(self.q)
 
+    def rows(self, kept: NDArray[np.int64]) -> Self:
+        """Return the visits in these rows."""
+
+        def part(values: Floats | None) -> Floats | None:
+            return None if values is None else values[kept]
+
+        read, approach = self.readings, self.approach
+        return replace(
+            self,
+            q=self.q[kept],
+            point=part(self.point),
+            difference=part(self.difference),
+            rotation=part(self.rotation),
+            approach=approach[kept] if isinstance(approach, np.ndarray) else approach,
+            readings=None if read is None else read.rows(kept),
+        )
+
 
 class Readings(NamedTuple):
     """One reading at each pose.
@@ -58,6 +77,10 @@ class Readings(NamedTuple):
     kind: str
     value: Floats
     target: tuple[str, ...]
+
+    def rows(self, kept: NDArray[np.int64]) -> Readings:
+        """Return the readings in these rows."""
+        return self._replace(value=self.value[kept], target=tuple(self.target[k] for k in kept))
 
 
 class Rows(NamedTuple):

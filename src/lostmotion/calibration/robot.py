@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.calibration import validation
 from lostmotion.calibration.alignment import align, in_base
 from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.instruments import FullPoses, Points
@@ -29,11 +30,14 @@ from lostmotion.mechanism.state import state_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from lostmotion.calibration.alignment import Alignment
     from lostmotion.calibration.fit import Estimates
     from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.ladder import Climb, Terms
     from lostmotion.calibration.model import RobotModel
+    from lostmotion.calibration.validation import HeldOut
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -104,6 +108,8 @@ class Robot:
     alignment    frame of the instrument that was removed; None: the base frame
     sign         -1 where measured differences are commanded less attained
     errors       of the robot, largest effect first
+    rows         (pose,) rows of the measurement that were used
+    aside        measurements that were kept aside, against predictions; None: all were used
     """
 
     arm: Arm
@@ -116,6 +122,8 @@ class Robot:
     alignment: Alignment | None
     sign: int
     errors: tuple[EstimatedError, ...]
+    rows: NDArray[np.int64]
+    aside: HeldOut | None = None
 
     @property
     def calibration(self) -> Calibration:
@@ -128,13 +136,14 @@ class Robot:
         return self.arm.calibrated(self.calibration)
 
 
-def robot_of(
+def robot_of(  # noqa: PLR0913 - a calibration is these choices
     arm: Arm,
     measured: MeasuredVisits,
     *,
     sizes: Deviations | None = None,
     terms: Terms = "waves",
     noise: float | None = None,
+    hold_out: float = 0.0,
     seed: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Robot:
@@ -142,6 +151,8 @@ def robot_of(
 
     sizes  prior deviations of errors that the file does not state; None: usual ones, or such as it
            states for others, whichever the measurement makes more probable
+    hold_out  share of the measurement, at random, that no estimate uses: predictions are compared
+           with it
     other arguments as for `climb`
 
     Raises WrongArmError where base and tool frame leave more than 5 % of the reach, and ValueError
@@ -152,10 +163,13 @@ def robot_of(
     turn = 0.0 if measured.rotation is None else chosen.base_turn
     chosen = replace(chosen, orders=orders, tool_turn=turn)
     seen = measured_in_base(arm, measured, chosen, noise)
-    model = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
+    every = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
+    mixed = np.random.default_rng(seed).permutation(len(measured))
+    aside, used = (np.sort(part) for part in np.split(mixed, [round(hold_out * len(mixed))]))
+    model, instrument = every.rows(used), seen.instrument.part(used)
     found = climb(
         model,
-        seen.instrument,
+        instrument,
         terms=terms,
         scale=stated_scale(arm, chosen) if sizes is None else 1.0,
         noise=noise,
@@ -163,17 +177,23 @@ def robot_of(
         progress=progress,
     )
     inflation = found.kept.blocked.inflation
+    tested = None
+    if len(aside):
+        there = every.rows(aside).keeping(every.numbers(found.model.streams))
+        tested = validation.held_out(there, seen.instrument.part(aside), found.kept.fit)
     return Robot(
         arm,
         calibrations_of(arm, found.model, found.kept.fit, chosen, inflation),
         found,
-        seen.instrument,
-        seen.frames,
+        instrument,
+        seen.frames[used],
         chosen,
         inflation,
         seen.alignment,
         seen.sign,
-        estimated_errors(found.model, found.kept.fit, seen.instrument),
+        estimated_errors(found.model, found.kept.fit, instrument),
+        used,
+        tested,
     )
 
 

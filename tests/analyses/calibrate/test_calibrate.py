@@ -151,6 +151,69 @@ def test_joints_may_be_mapped_after_other_columns(tmp_path):
     np.testing.assert_allclose(read.point, twenty()[1] / 1000)
 
 
+def test_rows_kept_aside_have_no_effect_on_the_estimates(tmp_path):
+    """A millimetre that is added to them raises their error alone."""
+    joints, points = twenty()
+    aside = np.sort(np.random.default_rng(1).permutation(20)[:8])
+    found = []
+    for wrong in (0, 1):
+        moved = points.copy()
+        moved[aside, 2] += wrong
+        path = written(tmp_path / "visits.csv", joints, moved)
+        answer = lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm", hold_out="40 %")
+        found.append((answer.calibration.mean, answer.robot.aside.mean))
+        assert len(answer.visits) == 12
+        assert [row.label for row in answer.sheet.sections[0].rows][4] == "kept aside"
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    assert found[1][1] > found[0][1] + 0.5e-3
+    with pytest.raises(InputError, match="leaves at least 3 of 20"):
+        lostmotion.calibrate(ARM, path, hold_out=0.9)
+
+
+def test_a_file_states_its_instrument(tmp_path):
+    """Above its rows, or by an option, which takes precedence; noise and deviations too."""
+    joints, points = twenty()
+    head = "# instrument: dial\n# noise: 30 µm\n# deviations: turn 0.2 mrad, shift = 0.1 mm\n"
+    head += "# payload: 2 kg\n# temperature: 23 °C\n# free text: of any kind\n"
+    header = HEADER + ",dial [mm]"
+    path = written(tmp_path / "both.csv", joints, np.hstack([points, points[:, 2:] * 0]), header)
+    rows = path.read_text()
+    path.write_text(head + rows)
+    arm = lostmotion.read(ARM)
+    dial = read_calibration_visits(path, arm)
+    assert dial.readings.kind == "dial"
+    assert dial.noise == pytest.approx(30e-6)
+    assert (dial.sizes.turn, dial.sizes.shift, dial.sizes.zero) == pytest.approx((2e-4, 1e-4, 1e-3))
+    assert [text[:21] for text in dial.remarks] == [
+        "measured with a paylo",
+        "measured at 23 °C; th",
+    ]
+    points_read = read_calibration_visits(path, arm, instrument="tracker")
+    np.testing.assert_allclose(points_read.point, points / 1000)
+    path.write_text(rows)
+    with pytest.raises(InputError, match="one kind of measurement, or --instrument"):
+        read_calibration_visits(path, arm)
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("# instrument: dail", "dial"),
+        ("# noise: 3", "noise"),
+        ("# noise: -3 mm", "a positive quantity"),
+        ("# deviations: tilt 1 mrad", "tilt"),
+        ("# deviations: turn 1 mm", "turn"),
+    ],
+)
+def test_a_wrong_line_above_the_rows_is_refused(line, text, tmp_path):
+    """With its number."""
+    path = written(tmp_path / "visits.csv", *twenty())
+    path.write_text(f"# free\n{line}\n" + path.read_text())
+    with pytest.raises(InputError, match="line 2") as refused:
+        lostmotion.calibrate(ARM, path)
+    assert refused.match(text)
+
+
 def test_duplicates_and_wrong_rows_are_named(tmp_path):
     """A row that is repeated is dropped, and one that is wrong by 5 mm is weighted down by its
     line.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -66,6 +66,7 @@ def calibrated(
     visits: CalibrationVisits,
     terms: Literal["geometry", "waves", "all"],
     noise: float | None,
+    hold_out: float,
     seed: int,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> CalibrationAnswer:
@@ -76,10 +77,14 @@ def calibrated(
         arm.calibrated(None),
         visits,
         terms="geometry" if terms == "geometry" else "waves",
-        noise=noise,
+        sizes=visits.sizes,
+        noise=noise if noise is not None else visits.noise,
+        hold_out=hold_out,
         seed=seed,
         progress=progress,
     )
+    lines = tuple(visits.lines[k] for k in robot.rows)
+    visits = replace(visits.rows(robot.rows), lines=lines)
     best, model = robot.climb.kept.fit, robot.climb.model
     draws, unknowns = np.split(best.mean, [len(model.streams)])
     lengths = robot.instrument.lengths

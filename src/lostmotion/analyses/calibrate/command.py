@@ -18,6 +18,7 @@ from lostmotion.analyses.arguments import (
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import InputError, Problem, refuse_argument
+from lostmotion.io.measured.calibration_header import Instrument
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -92,6 +93,18 @@ def calibrate(
             Quantity("m", "70 µm", above=0, high=1),
         ),
     ] = None,
+    instrument: Annotated[
+        Instrument | None,
+        Argument("What was measured, where the file has columns of several instruments."),
+    ] = None,
+    hold_out: Annotated[
+        Amount,
+        Argument(
+            "Share of the rows, chosen at random, that no estimate uses and against which the "
+            "predictions are compared, '20 %'.",
+            Quantity("", "20 %", low=0, high=0.9),
+        ),
+    ] = 0.0,
     plan: Annotated[
         int | None,
         Argument("Choose so many poses to measure next, in place of estimates.", least=1, most=200),
@@ -141,19 +154,26 @@ def calibrate(
     from lostmotion.analyses.calibrate.planned import planned_poses
     from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
     from lostmotion.calibration.robot import WrongArmError
+    from lostmotion.io.measured.calibration_checks import FEWEST
     from lostmotion.io.measured.calibration_visits import read_calibration_visits
 
     visits = (
         asked.measured
         if asked.measured is None or hasattr(asked.measured, "difference")
-        else read_calibration_visits(asked.measured, asked.arm, asked.mapping)
+        else read_calibration_visits(asked.measured, asked.arm, asked.mapping, asked.instrument)
     )
     asked.ready()
     if asked.maker is not None:
         return _of_maker(asked.arm, asked.maker, asked.seed)
     try:
         if asked.plan is None:
-            found = calibrated(asked.arm, visits, asked.terms, asked.noise, asked.seed, progress)
+            few = len(visits) - round(asked.hold_out * len(visits)) < FEWEST
+            if few:
+                expected = f"a share that leaves at least {FEWEST} of {len(visits)} rows"
+                raise refuse_argument("hold_out", asked.hold_out, expected, hold_out="20 %")
+            found = calibrated(
+                asked.arm, visits, asked.terms, asked.noise, asked.hold_out, asked.seed, progress
+            )
             return Calibrated(**vars(found))
         chosen = planned_poses(
             asked.arm, asked.plan, asked.zone, visits, asked.noise or DEFAULT_NOISE, asked.seed

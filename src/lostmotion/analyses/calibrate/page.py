@@ -159,6 +159,10 @@ def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
         f"{100 * covered:.0f} % of the measurements in excluded regions are within their 95 % "
         f"regions; covariances are multiplied by {found.robot.inflation:.3g}"
     )
+    aside = found.robot.aside
+    if aside is not None:
+        share = 100 * aside.coverage(found.robot.inflation)
+        note += f"; of the {several(len(aside.error), 'row')} kept aside {share:.0f} %"
     return table(
         "accuracy",
         "Accuracy before and after",
@@ -168,6 +172,7 @@ def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
             row("base and tool frame", found.before, "held out, random folds", "before"),
             row("calibrated, random folds", climb.random.error, "held out", "random"),
             row("calibrated, excluded regions", climb.kept.blocked.error, "held out", "blocked"),
+            *([] if aside is None else [row("kept aside", aside.error, "not used", "aside")]),
             row("fitted poses", found.fitted, "residual; no accuracy", "fitted"),
         ],
         note,

@@ -33,19 +33,23 @@ from lostmotion.io.measured.calibration_checks import (
     other_units,
     outside_limits,
 )
+from lostmotion.io.measured.calibration_header import read_header
 from lostmotion.io.measured.table import (
+    MEGABYTES,
     MOST_MISTAKES,
     Layout,
     find_columns,
     read_table,
     role_values,
 )
-from lostmotion.io.text import numbers
+from lostmotion.io.text import numbers, read_text
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
+    from lostmotion.calibration.terms import Deviations
+    from lostmotion.io.measured.calibration_header import Instrument
     from lostmotion.io.measured.table import TextTable
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -58,6 +62,19 @@ _LARGEST_ANGLE: Final = 6.6
 _LARGEST_LENGTH: Final = 20.0
 _UNIT_LENGTH: Final = 0.02
 _SAME_JOINTS: Final = 1e-9
+# Columns that each instrument means; all others of `_MEASURED` are then ignored.
+_POINTS: Final = {*POINT, *DIFFERENCE}
+_COLUMNS: Final[dict[str, set[str]]] = {
+    "tracker": _POINTS,
+    "points": _POINTS,
+    "poses": {*POINT, *TURNS, *QUATERNION},
+    "distance": {"distance", "to"},
+    "plane": {"plane"},
+    "sphere": {"sphere", "radius"},
+    "dial": {"dial", "along"},
+    "inclinometer": {"angle", "about"},
+}
+_MEASURED: Final = set().union(*_COLUMNS.values())
 _ALIASES: Final = {f"{axis}_dif": f"d{axis}" for axis in "xyz"}
 
 
@@ -70,6 +87,8 @@ class CalibrationVisits(MeasuredVisits):
     duplicates  number of rows that repeat another and were dropped
     remarks     what was assumed
     digest      hash of the files
+    noise       standard deviation of a coordinate, m, as stated above the rows
+    sizes       deviations of errors that the arm's file does not state, as stated above the rows
     """
 
     file: str = ""
@@ -77,17 +96,24 @@ class CalibrationVisits(MeasuredVisits):
     duplicates: int = 0
     remarks: tuple[str, ...] = ()
     digest: str = ""
+    noise: float | None = None
+    sizes: Deviations | None = None
 
 
 def read_calibration_visits(
-    path: Path | Sequence[Path], arm: Arm, mapping: Sequence[str] = ()
+    path: Path | Sequence[Path],
+    arm: Arm,
+    mapping: Sequence[str] = (),
+    instrument: Instrument | None = None,
 ) -> CalibrationVisits:
     """Return the visits of these files to poses of an arm, without rows that repeat another one.
+
+    instrument  which columns of a file are meant; None: as stated above its rows, or the only ones
 
     Raises InputError with every mistake, its file and line.
     """
     files = [path] if isinstance(path, str | Path) else list(path)
-    found = [_read(Path(each), arm, mapping) for each in files]
+    found = [_read(Path(each), arm, mapping, instrument) for each in files]
     kinds = [
         (each.point is None, each.rotation is None, each.readings and each.readings.kind)
         for each in found
@@ -139,20 +165,17 @@ def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
     first: dict[bytes, int] = {}
     for k, (q, read) in enumerate(zip(visits.q, measured, strict=True)):
         first.setdefault(np.round(q / _SAME_JOINTS).tobytes() + read.tobytes(), k)
-    kept = list(first.values())
+    kept = np.array(list(first.values()))
     return replace(
-        visits,
-        q=visits.q[kept],
-        point=None if visits.point is None else visits.point[kept],
-        difference=None if visits.difference is None else visits.difference[kept],
-        rotation=None if visits.rotation is None else visits.rotation[kept],
-        approach=np.asarray(visits.approach)[kept],
+        visits.rows(kept),
         lines=tuple(visits.lines[k] for k in kept),
         duplicates=len(visits) - len(kept),
     )
 
 
-def _layout(arm: Arm, names: Collection[str]) -> tuple[Layout, dict[str, str]]:
+def _layout(
+    arm: Arm, names: Collection[str], instrument: str | None = None
+) -> tuple[Layout, dict[str, str]]:
     """Return what a file with these headings may hold, and the role of each joint."""
     own = [joint.name for joint in arm.driven]
     numbered = [f"joint_{k + 1}" for k in range(len(own))]
@@ -163,26 +186,34 @@ def _layout(arm: Arm, names: Collection[str]) -> tuple[Layout, dict[str, str]]:
     }
     lengths = dict.fromkeys((*POINT, *DIFFERENCE), ("m", "mm"))
     example = ", ".join(f"{role} [{unit}]" for role, (_, unit) in kinds.items())
+    units = {
+        **kinds,
+        **lengths,
+        **dict.fromkeys((*TURNS, "angle"), ("rad", "deg")),
+        **dict.fromkeys(("distance", "dial", "radius"), ("m", "mm")),
+    }
+    left_out = set() if instrument is None else _MEASURED - _COLUMNS[instrument]
+    words = ("to", "along", "about", "plane", "sphere")
+    counts = (*QUATERNION, *(f"{name} approach" for name in own))
     layout = Layout(
-        words=("to", "along", "about", "plane", "sphere"),
-        units={
-            **kinds,
-            **lengths,
-            **dict.fromkeys((*TURNS, "angle"), ("rad", "deg")),
-            **dict.fromkeys(("distance", "dial", "radius"), ("m", "mm")),
-        },
+        words=tuple(role for role in words if role not in left_out),
+        units={role: unit for role, unit in units.items() if role not in left_out},
         header=f"{example}, x [mm], y [mm], z [mm]",
         example="examples/measured/ur5-grid.csv",
         mapping="dx = x_dif [mm]",
-        counts=(*QUATERNION, *(f"{name} approach" for name in own)),
+        counts=tuple(role for role in counts if role not in left_out),
         aliases=_ALIASES,
-        missing=lambda file, roles: _missing(file, roles, of, example),
+        missing=lambda file, roles: _missing(file, roles, of, example, instrument),
     )
     return layout, of
 
 
 def _missing(
-    file: str, roles: Collection[str], joints: dict[str, str], example: str
+    file: str,
+    roles: Collection[str],
+    joints: dict[str, str],
+    example: str,
+    instrument: str | None,
 ) -> list[Problem]:
     out = []
     absent = [role for role in joints.values() if role not in roles]
@@ -206,18 +237,30 @@ def _missing(
     if "sphere" in roles and "radius" not in roles:
         expected = "the radius of the sphere that the tool point touches"
         out.append(Problem(file, "line 1", "sphere without radius", expected, "radius [mm]"))
+    if instrument == "poses" and not {TURNS[0], QUATERNION[0]} & set(roles):
+        expected = "the orientation of the tool beside its point"
+        out.append(Problem(file, "line 1", "no orientation", expected, "qw, qx, qy, qz"))
     if len(measured) != 1:
         found = f"both {listed(measured)}" if measured else "no measured tool point"
         expected = "columns x, y, z, or dx, dy, dz, or one number; name others by --map"
+        if len(measured) > 1:
+            expected = f"one kind of measurement, or --instrument, {listed(list(_COLUMNS))}"
+        elif instrument is not None:
+            expected = f"the columns of --instrument {instrument}"
         out.append(Problem(file, "line 1", found, expected, "x [mm], y [mm], z [mm]"))
     return out
 
 
-def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
+def _read(
+    path: Path, arm: Arm, mapping: Sequence[str], instrument: str | None
+) -> CalibrationVisits:
     file = str(path)
     table = read_table(path, _layout(arm, ())[0])
+    header, mistakes = read_header(file, read_text(path, MEGABYTES), arm)
+    if mistakes:
+        refuse_all(mistakes)
     mapped = {text.partition("=")[0].strip() for entry in mapping for text in entry.split(",")}
-    layout, of = _layout(arm, [*table.names, *mapped])
+    layout, of = _layout(arm, [*table.names, *mapped], instrument or header.instrument)
     by_size, remarks = _units_by_size(table, layout, mapped)
     words, values = role_values(table, find_columns(table, [*by_size, *mapping], layout), layout)
     lines = table.lines
@@ -256,9 +299,9 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
         readings,
         file,
         tuple(lines),
-        0,
-        tuple(remarks),
-        "",
+        remarks=(*remarks, *header.remarks),
+        noise=header.noise,
+        sizes=header.sizes,
     )
 
 

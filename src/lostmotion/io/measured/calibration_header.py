@@ -1,0 +1,127 @@
+"""What the comments above a file of measurements state, one per line.
+
+    # instrument: dial
+    # noise: 20 µm
+    # deviations: turn 0.2 mrad, shift 0.1 mm
+    # payload: 2 kg
+    # temperature: 23 °C
+
+`deviations` are those assumed for errors that the arm's file does not state, by the names of
+`Deviations`. Payload and temperature are compared with those of the arm's file. Other comments are
+free.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
+
+from lostmotion.calibration.terms import Deviations
+from lostmotion.errors import Problem, nearest, shown
+from lostmotion.io.limits import listed
+from lostmotion.unit_registry import ABSOLUTE, UnitError
+from lostmotion.units import read_quantity
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.arm import Arm
+
+Instrument: TypeAlias = Literal[
+    "tracker", "points", "poses", "distance", "plane", "sphere", "dial", "inclinometer"
+]
+_LINE: Final = re.compile(r"^\s*#\s*(instrument|noise|deviations|payload|temperature)\s*:\s*(.*)$")
+_SIZES: Final = {
+    field.name: "m" if "shift" in field.name else "rad"
+    for field in fields(Deviations)
+    if field.name != "orders"
+}
+# A payload and a temperature that differ by more than these are not the file's, kg and K.
+_SAME: Final = {"payload": 0.05, "temperature": 3.0}
+
+
+@dataclass(frozen=True)
+class StatedInFile:
+    """What the comments of a file state; None where they do not.
+
+    noise  standard deviation of a coordinate, m
+    sizes  deviations of errors that the arm's file does not state, rad and m
+    """
+
+    instrument: str | None = None
+    noise: float | None = None
+    sizes: Deviations | None = None
+    remarks: tuple[str, ...] = ()
+
+
+def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Problem]]:
+    """Return what the comments of a file state, and the mistakes in them."""
+    stated: dict[str, str] = {}
+    mistakes: list[Problem] = []
+    found: dict[str, float] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        match = _LINE.match(line)
+        if match is None:
+            continue
+        key, value = match[1], match[2].strip()
+        stated[key] = value
+        wanted = {"noise": "m", "payload": "kg", "temperature": ABSOLUTE}
+        pairs = [(key, value)] if key in wanted else []
+        if key == "deviations":
+            wanted = _SIZES
+            parts = [part.strip().replace("=", " ").partition(" ") for part in value.split(",")]
+            pairs = [(name, size.strip()) for name, _, size in parts]
+        if key == "instrument" and value not in get_args(Instrument):
+            known = list(get_args(Instrument))
+            mistakes.append(_mistake(file, number, value, known, "instrument: dial"))
+        for name, size in pairs:
+            if name not in wanted:
+                example = "deviations: turn 0.2 mrad, shift 0.1 mm"
+                mistakes.append(_mistake(file, number, name, list(wanted), example))
+                continue
+            try:
+                found[name] = float(read_quantity(size, wanted[name]).nominal)
+            except UnitError as error:
+                expected = f"a quantity in {wanted[name]}"
+                mistakes.append(
+                    Problem(file, f"line {number}, {name}", f"{shown(size)}: {error}", expected)
+                )
+                continue
+            if found[name] <= 0 and name != "payload":
+                expected = "a positive quantity"
+                mistakes.append(Problem(file, f"line {number}, {name}", shown(size), expected))
+    sizes: dict[str, Any] = {name: size for name, size in found.items() if name in _SIZES}
+    return (
+        StatedInFile(
+            stated.get("instrument"),
+            found.get("noise"),
+            replace(Deviations(), **sizes) if sizes else None,
+            tuple(_compared(found, arm)),
+        ),
+        mistakes,
+    )
+
+
+def _mistake(file: str, line: int, found: str, known: list[str], example: str) -> Problem:
+    expected = listed(known)
+    return Problem(
+        file, f"line {line}", shown(found), expected, f"# {example}", nearest(found, known)
+    )
+
+
+def _compared(found: dict[str, float], arm: Arm) -> list[str]:
+    """Return remarks on a payload and a temperature that are not those of the arm's file."""
+    rise, temperature = arm.environment.rise, None
+    if rise is not None:
+        temperature = arm.environment.reference_temperature + rise.nominal
+    known = {"payload": (arm.payload.mass, "kg", 0.0), "temperature": (temperature, "°C", 273.15)}
+    out = []
+    for name, (here, unit, zero) in known.items():
+        if name not in found:
+            continue
+        there = found[name] - zero
+        if here is None:
+            out.append(f"measured at {there:.4g} {unit}; the arm file states no {name}")
+        elif abs(found[name] - here) > _SAME[name]:
+            own = f"{here - zero:.4g} {unit}"
+            out.append(f"measured with a {name} of {there:.4g} {unit}; the arm file has {own}")
+    return out
