@@ -8,6 +8,7 @@ import numpy as np
 
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.inverse import pose_difference, tool_and_jacobian
+from lostmotion.mechanism.standing import standing_if_soft
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import compose
 
@@ -25,9 +26,9 @@ _SINGULAR: Final = 1e-3
 
 def expected_tool(arm: Arm, q: Floats) -> Floats:
     """Return the expected frames of the tool (pose, 4, 4), m: the exact composition of all design
-    errors, of a calibrated arm its estimates too.
+    errors, of a calibrated arm its estimates too; of a soft arm where it stands.
     """
-    matrix = screws(state_of(arm, q))
+    matrix = screws(standing_if_soft(state_of(arm, q)))
     draws = np.array([float(info.level == "design") for info in matrix.infos])
     rows = np.arange(len(q))
     return compose(matrix, rows, np.broadcast_to(draws[:, None], (len(rows), len(draws), 1)))[:, 0]

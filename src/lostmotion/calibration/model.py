@@ -12,6 +12,7 @@ import numpy as np
 
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.calibration import Calibration
+from lostmotion.mechanism.standing import standing_if_soft
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import compose
 
@@ -34,7 +35,8 @@ class RobotModel:
     matrix      pose matrix of the arm with its added errors
     streams     draws that are estimated: of columns drawn per robot alone
     of          (column,) index of the draw of each column; -1 for design columns, -2 for the others
-    columns     (pose, 6, stream) motion of the tool per unit draw, in the nominal arm
+    columns     (pose, 6, stream) motion of the tool per unit draw, in the nominal arm, where a soft
+                one stands
     scatter     (pose, 6, 6) covariance of the motions by all errors that are not estimated
     """
 
@@ -102,9 +104,13 @@ def model_of(
     those of its file.
 
     approach  sign of the joints' last motion, as for `screws`
+
+    A soft arm is taken where it stands under its loads, a stiff one at the command.
+    Raises InputError where a soft arm cannot hold its load.
     """
     empty = Calibration((), np.zeros(0), np.zeros((0, 0)), tuple(added))
-    matrix = screws(state_of(arm.calibrated(empty), q), approach=approach)
+    state = standing_if_soft(state_of(arm.calibrated(empty), q))
+    matrix = screws(state, approach=approach)
     estimated = [
         info.robot is not None and info.visit is None and info.closing is None
         for info in matrix.infos

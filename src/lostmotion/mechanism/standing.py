@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.state import State
 
 
+def standing_if_soft(state: State) -> State:
+    """Return the state in which a soft arm stands (`standing`), and that of a stiff arm as it is:
+    its loads at the command are those where it stands, to second order in the droop.
+    """
+    return standing(state) if state.arm.soft_freedoms else state
+
+
 def standing(state: State) -> State:
     """Return the state in which the arm stands under its loads (`State.settled`). Raises InputError
     where there is none at some pose, with the joint that cannot hold: no error can be stated there.

@@ -25,6 +25,7 @@ from lostmotion.error_model.provenance import States, states
 from lostmotion.io.arm_writer import NewParts, reads_back, sized_text
 from lostmotion.mechanism.even_poses import corners
 from lostmotion.mechanism.load_causes import LinkBending, bending
+from lostmotion.mechanism.standing import standing_if_soft
 from lostmotion.mechanism.state import as_poses, states_of
 from lostmotion.sizing.links import LinkSize, link_size, one_pass, worse_poses
 
@@ -253,8 +254,12 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
 
 
 def rms_error(arm: Arm, q: Floats) -> float:
-    """Return the r.m.s. tool error over these poses, m, by exact sums over terms."""
-    total = sum(Tally.of(screws(state)).total for _, state in states_of(arm, q, _BLOCK))
+    """Return the r.m.s. tool error over these poses, m, by exact sums over terms; of a soft arm
+    where it stands.
+    """
+    total = sum(
+        Tally.of(screws(standing_if_soft(state))).total for _, state in states_of(arm, q, _BLOCK)
+    )
     return math.sqrt(total / len(q))
 
 

@@ -322,6 +322,11 @@ def _validation(result: Size) -> Section:
 
 def _remarks(result: Size) -> list[str]:
     out = []
+    if result.sized.soft_freedoms:
+        out.append(
+            "the arm droops: links are sized for the loads at the command; the r.m.s. errors are "
+            "those where it stands"
+        )
     if result.unchanged:
         out.append(f"links not sized: {', '.join(result.unchanged)}")
     added = [link.joint for link in result.links if link.before is None and link.mass_before]

@@ -5,13 +5,14 @@ Each limit holds by itself, at every pose. Drives: the size of a holding torque 
 of the payload's mass, at any tilt of the base, so there is one mass at which it reaches the rated
 torque; it is found by halving its range. Sag: the displacement of the tool by the arm's own weight
 and the payload's, from the deflections of all springs; in closed form for linear ones, else by
-halving too. Accuracy: the error that 95 % of the positions at a pose stay within, over robots and
-visits, computed for a row of masses and interpolated between them; at the pose with the smallest
-payload it is solved for.
+halving too; of a soft arm where it stands, found as for the accuracy. Accuracy: the error that 95 %
+of the positions at a pose stay within, over robots and visits, computed for a row of masses and
+interpolated between them; at the pose with the smallest payload it is solved for.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
@@ -190,10 +191,12 @@ def _loads_of_drives(arm: Arm, q: Floats, tilt: float | None) -> Callable[[Float
 
 
 def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
-    """Return the limit by the displacement of the tool due to its own weight and the payload's,
-    m.
+    """Return the limit by the displacement of the tool due to its own weight and the payload's, m:
+    of a soft arm where it stands, of a stiff one of first order.
     """
     bare = arm.with_payload(Payload(centre_of_mass=arm.payload.centre_of_mass))
+    if arm.soft_freedoms:
+        return _by_values("sag", bare, q, limit, functools.partial(_droops, bare))
     state = state_of(bare, q)
     at = state.frames[-1]
     weight = np.broadcast_to(arm.gravity_in_base, (len(q), 3))
@@ -217,6 +220,15 @@ def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     ):
         values = np.where(empty, 0.0, _bisected(sagging, limit, (len(q),)))
     return PayloadLimit("sag", q, at[:, :3, 3], values, empty, np.zeros(0, dtype=int), limit)
+
+
+def _droops(bare: Arm, mass: float, q: Floats) -> Floats:
+    """Return how far the tool of the arm with a payload of this mass stands from its command
+    (pose,), m; infinite where the arm cannot hold it.
+    """
+    found = state_of(_with_mass(bare, mass), q).settled()
+    away = found.frames[-1, :, :3, 3] - found.commanded[-1, :, :3, 3]
+    return np.asarray(np.nan_to_num(np.linalg.norm(away, axis=1), nan=math.inf))
 
 
 def _root(own: Floats, slope: Floats, limit: float) -> Floats:
@@ -257,18 +269,31 @@ def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
 
     drawn = DrawnColumns(pose_matrix(arm, q))
 
-    def within(mass: float, at: Floats = q) -> Floats:
+    def within(mass: float, at: Floats) -> Floats:
         return np.asarray(
             of_screws(
                 pose_matrix(_with_mass(arm, mass), at), drawn, (_LEVEL,), with_bounds=False
             ).quantiles[:, 0]
         )
 
-    error = within(0.0)
+    return _by_values("accuracy", arm, q, limit, within)
+
+
+def _by_values(
+    criterion: Criterion,
+    arm: Arm,
+    q: Floats,
+    limit: float,
+    within: Callable[[float, Floats], Floats],
+) -> PayloadLimit:
+    """Return the limit by values (m) that grow with the payload, as a function of its mass and the
+    poses: computed for a row of masses and interpolated between them, and solved at the worst pose.
+    """
+    error = within(0.0, q)
     empty = error > limit
     if empty.all():
         return PayloadLimit(
-            "accuracy",
+            criterion,
             q,
             tool_points(arm, q),
             np.zeros(len(q)),
@@ -278,19 +303,19 @@ def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
         )
     masses, errors, high = [0.0], [error], max(arm.payload.mass, 1.0)
     while (errors[-1] <= limit).any() and high < MOST:
-        masses, errors, high = [*masses, high], [*errors, within(high)], 2 * high
+        masses, errors, high = [*masses, high], [*errors, within(high, q)], 2 * high
     first = max(
         (mass for mass, each in zip(masses, errors, strict=True) if (each[~empty] <= limit).all()),
         default=0.0,
     )
     for mass in np.linspace(first, masses[-1], _MASSES)[1:-1].tolist():
-        masses, errors = [*masses, mass], [*errors, within(mass)]
+        masses, errors = [*masses, mass], [*errors, within(mass, q)]
     order = np.argsort(masses)
     values = np.where(
         empty, 0.0, _crossing(np.array(masses)[order], np.array(errors)[order], limit)
     )
     out = PayloadLimit(
-        "accuracy", q, tool_points(arm, q), values, empty, np.zeros(0, dtype=int), limit
+        criterion, q, tool_points(arm, q), values, empty, np.zeros(0, dtype=int), limit
     )
     if 0 < out.everywhere < math.inf:
         values[out.worst] = _solved(
