@@ -233,4 +233,9 @@ def size(
         of=request.plan.target_of,
         progress=progress,
     )
-    return replace(selection, notes=request.notes, source=source, sidecar=asked.sidecar)
+    droops = (
+        "the arm droops: the search takes errors and loads at the command, the full study has the "
+        "errors where it stands"
+    )
+    notes = (*([droops] if selection.sized.soft_freedoms else []), *request.notes)
+    return replace(selection, notes=notes, source=source, sidecar=asked.sidecar)

@@ -322,11 +322,6 @@ def _searched(result: Selection) -> Section:
 
 def _remarks(result: Selection) -> list[str]:
     out = [each.selected.note for each in result.parts if each.selected.note]
-    if result.sized.soft_freedoms:
-        out.append(
-            "the arm droops: the search takes errors and loads at the command, the full study has "
-            "the errors where it stands"
-        )
     unrated = [
         each.slot.joint
         for each in result.parts
