@@ -12,6 +12,7 @@ from lostmotion.calibration.model import model_of
 from lostmotion.calibration.plan import plan
 from lostmotion.calibration.robot import measured_in_base
 from lostmotion.calibration.terms import Deviations, added_terms, is_frame
+from lostmotion.controller_model.percentile import percentile95
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.reporting.joint_values import joint_values
@@ -126,6 +127,19 @@ def next_poses(robot: Robot, q: Floats, seed: int) -> tuple[Floats, Floats]:
     covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
     found = plan(model, model.rows(np.arange(_NEXT // 4)), NEXT_POSES, covariance, noise=best.noise)
     return every[found.chosen], found.radius
+
+
+def corrected_radius(robot: Robot, q: Floats) -> Floats:
+    """Return the 95 % radius of the tool (pose,), m, at q (pose, joint) where the estimates are
+    corrected: what remains uncertain of them, and the scatter between visits.
+    """
+    best, streams = robot.climb.kept.fit, robot.climb.model.streams
+    model = model_of(robot.arm, q, robot.calibration.added)
+    kept = np.flatnonzero(best.variances[: len(streams)])
+    columns = model.columns[:, 3:, model.numbers([streams[k] for k in kept])]
+    covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
+    spread = columns @ covariance @ columns.transpose(0, 2, 1) + model.scatter[:, 3:, 3:]
+    return percentile95(np.zeros((len(q), 3)), spread)
 
 
 def planned_sheet(found: PlannedPoses) -> Sheet:

@@ -77,17 +77,28 @@ class Calibrated(CalibrationAnswer, Result):
         return corrected(robot.arm.calibrated(robot.calibrations.as_measured), q)[0]
 
     def files(self) -> dict[str, bytes]:
-        """Return robot.toml, which every command takes as `--calibration`, and joints.csv with the
-        corrected commands of the measured poses.
+        """Return robot.toml, which every command takes as `--calibration`, joints.csv with the
+        corrected commands of the measured poses, and of a serial chain its geometry:
+        calibrated.urdf, and mdh.csv where the axes allow it.
         """
+        from lostmotion.calibration.geometry import exact_chain, is_serial, mdh_of
         from lostmotion.io.calibration_writer import calibration_text
+        from lostmotion.io.kinematics_writer import mdh_text, urdf_text_of
         from lostmotion.io.poses import poses_text
 
         text = calibration_text(
             self.calibration, self.robot.sizes, poses=len(self.visits), digest=self.visits.digest
         )
         joints = poses_text(self.arm, self.corrected(self.visits.q))
-        return {"robot.toml": text.encode(), "joints.csv": joints.encode()}
+        out = {"robot.toml": text.encode(), "joints.csv": joints.encode()}
+        measured = self.robot.arm.calibrated(self.robot.calibrations.as_measured)
+        if is_serial(measured):
+            chain = exact_chain(measured)
+            out["calibrated.urdf"] = urdf_text_of(measured.name, chain, measured.limits).encode()
+            table = mdh_of(chain)
+            if table is not None:
+                out["mdh.csv"] = mdh_text(chain, table).encode()
+        return out
 
 
 @dataclass(frozen=True, repr=False)
