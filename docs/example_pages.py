@@ -22,21 +22,21 @@ if TYPE_CHECKING:
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LISTED = "tour/examples.md"
-_LINK = re.compile(r"\]\(\.\./\.\./examples/([\w-]+)\.(toml|urdf)\)")
+_LINK = re.compile(r"\]\(\.\./\.\./examples/((?:[\w-]+/)?)([\w-]+)\.(toml|urdf)\)")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the page and the picture of each arm that the list of examples links to."""
     listed = files.get_file_from_path(LISTED)
-    for stem, suffix in _LINK.findall(listed.content_string):
-        source = EXAMPLES / f"{stem}.{suffix}"
+    for folder, stem, suffix in _LINK.findall(listed.content_string):
+        source = EXAMPLES / folder / f"{stem}.{suffix}"
         found = lostmotion.check(source)
         files.append(File.generated(config, f"tour/arms/{stem}.svg", content=found.picture))
         text = (
             f"# {found.arm.name}\n\n![The arm from the side, from the front and from "
             f"above]({stem}.svg)\n\n{_story(source)}\n"
         )
-        for file in sorted(EXAMPLES.glob(f"{stem}.*"), key=lambda path: path != source):
+        for file in sorted(source.parent.glob(f"{stem}.*"), key=lambda path: path != source):
             text += (
                 f"\n## {file.name}\n\n```{'xml' if file.suffix == '.urdf' else 'toml'}\n"
                 f"{file.read_text('utf-8')}```\n"
@@ -51,7 +51,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:  # noqa: ARG001 - MkDocs passes them by name
     """Point the links of the list of examples to their pages."""
-    return _LINK.sub(r"](arms/\1.md)", markdown) if page.file.src_uri == LISTED else markdown
+    return _LINK.sub(r"](arms/\2.md)", markdown) if page.file.src_uri == LISTED else markdown
 
 
 def _story(file: Path) -> str:
