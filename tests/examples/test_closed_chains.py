@@ -152,7 +152,7 @@ def test_the_hexapod_moves_as_the_inverse_of_its_pluecker_rows():
     lengths = np.linalg.norm(legs, axis=1)
     along = legs / lengths[:, None]
     inverse = np.linalg.inv(np.hstack([np.cross(levers, along), along]))
-    state = at(example("hexapod"), lengths - 0.44)
+    state = at(example("hexapod"), lengths - 0.5)
     np.testing.assert_allclose(state.frames[-1, 0, :3, 3], centre, atol=1e-9)
     for k in range(6):
         for place in (f"{k + 1}_cardan.tip", f"{k + 1}_slide", f"{k + 1}_slide.tip"):

@@ -13,9 +13,20 @@ from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
 from lostmotion.io.arm_templates import template_text
 from lostmotion.io.native import arm_of
+from lostmotion.mechanism.loops import loops_of
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
-from tests.mechanism.closed_chains import arm, at, five_bar, hexapod, hexapod_legs, link, xyz
+from tests.mechanism.closed_chains import (
+    arm,
+    at,
+    five_bar,
+    hexapod,
+    hexapod_legs,
+    link,
+    palletiser,
+    three_rrr,
+    xyz,
+)
 
 TURN = {"type": "revolute", "limits": ["0 deg", "180 deg"]}
 LOOSE = {"type": "revolute", "passive": True}
@@ -119,6 +130,19 @@ def test_legs_without_a_start_aim_at_the_platform_that_they_carry():
     )
     length = np.linalg.norm(middle[:3, 3] + ball - base)
     np.testing.assert_allclose(length, 0.09 + 0.035 + 0.09, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("build", "redundant"),
+    [(five_bar, [3]), (three_rrr, [0, 3, 3]), (hexapod, [0] * 6), (palletiser, [3, 3, 3])],
+)
+def test_the_loops_of_a_chain_have_the_redundant_constraints_that_mobility_counts(build, redundant):
+    """Hinges of a planar loop need three constraints of six; a leg with a universal, a sliding and
+    a ball joint needs all that hold its platform.
+    """
+    tree = build().tree
+    assert [loop.redundant for loop in loops_of(tree)] == redundant
+    assert all(loop.passive for loop in loops_of(tree))
 
 
 def test_a_pose_that_cannot_be_assembled_is_refused_by_name():

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.mechanism.loops import joined_points
 from lostmotion.mechanism.state import state_of
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.palette import LIGHT, round_below
@@ -45,25 +46,27 @@ _FILL: Final = {
 }
 _MARK: Final = "lostmotion: picture of an arm"
 _LABEL: Final = 12
+# Radius of the ring about a closure.
+_RING: Final = 5
 # Mean width of a bold letter of this size, as wide as in common fonts.
 _LETTER: Final = 7.3
 
 
 def arm_picture(arm: Arm) -> str:
-    """Return the arm in the middle of its joint ranges, seen from three sides to one scale, as SVG
-    text.
+    """Return the arm at home, by default in the middle of its joint ranges, seen from three sides
+    to one scale, as SVG text.
 
-    Joints are named. A dashed outline marks a body whose size is chosen for the picture because no
-    section states it.
+    Joints with a drive are named. A dashed outline marks a body whose size is chosen for the
+    picture because no section states it; passive joints are hollow, and a ring marks a closure.
     """
-    q = arm.limits.mean(axis=1)[None]
-    at = state_of(arm, q).frames[:, 0]
+    at = state_of(arm, arm.home[None]).frames[:, 0]
     corners = np.concatenate([body.corners_at(at[body.place]) for body in arm.bodies])
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = (_PANEL - 2 * _LABEL) / (float((high - low).max()) or 1.0)
     middle = (low + high) / 2
     width, height = 3 * _PANEL + 4 * _GAP, _TOP + _PANEL + _BOTTOM
-    subtitle = f"{about_arm(arm)}; every joint in the middle of its range"
+    pose = "at home" if arm.closures else "every joint in the middle of its range"
+    subtitle = f"{about_arm(arm)}; {pose}"
     font = f'font-family="system-ui, sans-serif" font-size="13" fill="{LIGHT["ink"]}"'
     parts = [
         (
@@ -80,7 +83,9 @@ def arm_picture(arm: Arm) -> str:
         centre = (_GAP + k * (_PANEL + _GAP) + _PANEL / 2, _TOP + _PANEL / 2)
         parts += _view(arm, at, title, middle, scale, centre)
     dashed = any(_is_dashed(body) for body in arm.bodies)
-    return "\n".join([*parts, *_scale_bar(scale, height, dashed=dashed), "</svg>"]) + "\n"
+    meanings = ["dashed: size chosen for the picture, no section is stated"] if dashed else []
+    meanings += ["hollow: passive joint; ring: closure"] if arm.closures else []
+    return "\n".join([*parts, *_scale_bar(scale, height, "; ".join(meanings)), "</svg>"]) + "\n"
 
 
 def _is_dashed(body: Body) -> bool:
@@ -110,16 +115,24 @@ def _view(
             f"{_AXES[title][0]} →, {_AXES[title][1]} ↑</text>"
         ),
     ]
+    hollow = {each.joint for each in arm.tree.passive}
     depth = {id(body): float(near @ (at[body.place] @ body.pose)[:3, 3]) for body in arm.bodies}
     for body in sorted(arm.bodies, key=lambda body: depth[id(body)]):
         points = " ".join(
             f"{x:.1f},{y:.1f}" for x, y in on_page(body.silhouette(at[body.place], flat))
         )
         dashed = ' stroke-dasharray="4 3"' if _is_dashed(body) else ""
-        colours = f'fill="{LIGHT[_FILL[body.kind]]}" stroke="{LIGHT["ink"]}"'
+        fill = "panel" if body.name in hollow else _FILL[body.kind]
+        colours = f'fill="{LIGHT[fill]}" stroke="{LIGHT["ink"]}"'
         out.append(
             f'<polygon points="{points}" {colours} stroke-width="0.8" '
             f'stroke-linejoin="round"{dashed}/>'
+        )
+    for place, point in joined_points(arm.tree):
+        ((x, y),) = on_page((flat @ (at[place] @ [*point, 1.0])[:3])[None])
+        out.append(
+            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_RING}" fill="none" '
+            f'stroke="{LIGHT["warn"]}" stroke-width="2"/>'
         )
     # left end, right end and height of the names before
     taken: list[tuple[float, float, float]] = []
@@ -142,14 +155,13 @@ def _view(
     return out
 
 
-def _scale_bar(scale: float, height: int, *, dashed: bool) -> list[str]:
+def _scale_bar(scale: float, height: int, meaning: str) -> list[str]:
     """Return a bar of a round length, 1, 2 or 5 times a power of ten, at most a third of a view
     long.
     """
     size = round_below(_PANEL / 3 / scale)
     x, y = _GAP, height - 16
     text = f"{size:g} m" if size >= 1 else f"{1e3 * size:g} mm"
-    meaning = "dashed: size chosen for the picture, no section is stated" if dashed else ""
     return [
         f'<path d="M{x} {y}h{size * scale:.1f}" stroke="{LIGHT["ink"]}" stroke-width="3"/>',
         f'<text x="{x + size * scale + 8:.1f}" y="{y + 4}">{text}</text>',

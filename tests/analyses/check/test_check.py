@@ -290,3 +290,26 @@ def test_a_mistake_is_reported_with_its_line(tmp_path):
     assert [problem.file for problem in caught.value.problems] == [
         f"{tmp_path / 'arm.toml'}:{line}"
     ]
+
+
+def test_the_loops_of_a_closed_chain_are_in_the_table_and_in_the_picture():
+    """Each closure with how often it is over-constrained, and a ring where it closes; passive
+    joints are hollow, and drives are named.
+    """
+    checked = lostmotion.check(EXAMPLES / "closed-chains" / "five-bar.toml")
+    (row,) = _rows(checked, "loops").values()
+    assert row.label == "left-elbow.tip = pin.tip"
+    assert [str(cell) for cell in row.cells] == [
+        "over-constrained 3 times",
+        "left-elbow, right-elbow, pin",
+    ]
+    drawn = etree.fromstring(checked.picture.encode())
+    rings = [each for each in drawn.iter("{*}circle") if each.get("fill") == "none"]
+    assert len(rings) == 3
+    at = state_of(checked.arm, checked.arm.home[None]).frames[:, 0]
+    joined = (at[checked.arm.places.index(name)] for name in ("left-elbow.tip", "pin.tip"))
+    np.testing.assert_allclose(*joined, atol=1e-8)
+    words = [each.text for each in drawn.iter("{*}text")]
+    assert {"left", "right"} <= set(words)
+    assert not {"left-elbow", "pin"} & set(words)
+    assert any("hollow: passive joint; ring: closure" in word for word in words)

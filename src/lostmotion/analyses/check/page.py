@@ -13,6 +13,7 @@ from lostmotion.error_model.overload import overloaded
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
 from lostmotion.io.repairs import REPAIRED
 from lostmotion.mechanism.even_poses import even_poses
+from lostmotion.mechanism.loops import loops_of
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import has_drive
 from lostmotion.reporting.arm_summary import about_arm
@@ -55,7 +56,12 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
             Card("reach from the base", str(length(reach)), f"largest of {poses}"),
             Card("assumed values", str(known.assumed_count)),
         ),
-        sections=(_joints(arm, held, len(q)), *_centres(arm), *provenance_sections(known)),
+        sections=(
+            _joints(arm, held, len(q)),
+            *_loops(arm),
+            *_centres(arm),
+            *provenance_sections(known),
+        ),
         brief=_brief(arm),
         warnings=(*arm.warnings, *overload_warnings(overloaded(arm, held, len(q)))),
         notes=arm.remarks,
@@ -126,6 +132,26 @@ def _joints(arm: Arm, held: Floats, poses: int) -> Section:
         f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base "
         "level as stated",
     )
+
+
+def _loops(arm: Arm) -> tuple[Section, ...]:
+    """Return the table of the loops of a closed chain; nothing for an arm without closures."""
+    rows = [
+        (
+            " = ".join(loop.joins),
+            f"over-constrained {several(loop.redundant, 'time')}"
+            if loop.redundant
+            else "exactly constrained",
+            ", ".join(loop.passive),
+        )
+        for loop in loops_of(arm.tree)
+    ]
+    note = (
+        "one for each closure, in their order; an over-constrained loop needs stiffness of its "
+        "parts to share what they misfit"
+    )
+    title = "Loops"
+    return (table("loops", title, ["constraints", "passive joints"], rows, note),) if rows else ()
 
 
 def _brief(arm: Arm) -> tuple[tuple[str, str], ...]:
