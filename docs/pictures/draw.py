@@ -497,6 +497,41 @@ def sidecar() -> str:
     )
 
 
+def _pin(x: float, y: float, *, drive: bool = False) -> str:
+    """Return a hinge: filled where it has a drive."""
+    return circle(x, y, 13, fill=STEEL if drive else "#ffffff")
+
+
+def closure() -> str:
+    """Draw a loop of two branches that a closure joins, and a leg between base and platform."""
+    left, right, elbows, tip = (70, 215), (190, 215), ((35, 130), (225, 130)), (130, 60)
+    out = ground(20, 232, 230)
+    for start, end in ((left, elbows[0]), (right, elbows[1]), (elbows[0], tip), (elbows[1], tip)):
+        out += line(start, end, width=10, colour=STEEL)
+    out += _pin(*left, drive=True) + _pin(*right, drive=True) + "".join(_pin(*at) for at in elbows)
+    out += _pin(*tip) + circle(*tip, 19, fill="none", colour=RED)
+    out += (
+        key(130, 28, "[[closures]] joins")
+        + key(58, 112, "passive", anchor="start")
+        + text(58, 150, "start", colour=BLUE, code=True, anchor="start")
+        + key(130, 260, 'after = "base"')
+        + text(130, 190, "drive", size=12)
+    )
+    foot, top = (400, 215), (470, 75)
+    out += ground(360, 232, 250) + box(410, 52, 170, 18, fill=PALE)
+    out += text(495, 40, 'platform: type = "free"', colour=BLUE, code=True, size=13)
+    out += line(foot, (428, 159), width=16, colour=STEEL) + line((428, 159), top, width=8)
+    out += _pin(*foot) + _pin(*top) + circle(*top, 19, fill="none", colour=RED)
+    out += box(414, 133, 28, 30, fill=STEEL)
+    for x, y, name in (
+        (498, 90, "spherical, cone: end"),
+        (456, 152, "prismatic: a drive"),
+        (424, 205, "universal, axes: place"),
+    ):
+        out += text(x, y, name, colour=BLUE, code=True, anchor="start", size=11)
+    return out + key(500, 260, "[[legs]] copies")
+
+
 PICTURES: Final[dict[str, Callable[[], str]]] = {
     function.__name__: function
     for function in (
@@ -512,6 +547,7 @@ PICTURES: Final[dict[str, Callable[[], str]]] = {
         tolerance,
         zone,
         sidecar,
+        closure,
     )
 }
 

@@ -75,6 +75,8 @@ def test_a_linkage_on_the_way_to_the_tool_is_refused_by_name(written, behind):
     """
     found = mistakes(written(*arm(2), *FORE, *ROD, *behind))[0]
     assert "joint 'j3' follows 'j2'" in found.found
+    assert "a ratio, not a mechanism" in found.expected
+    assert "[[closures]]" in found.expected
     assert found.example == 'tip = "link2"'
 
 
@@ -143,3 +145,5 @@ def test_jaws_and_arms_of_mjcf_are_distinguished_too(tmp_path):
     )
     (found,) = mistakes(path)
     assert "joint 'j3' follows 'j2'" in found.found
+    assert "a ratio, not a mechanism" in found.expected
+    assert "[[closures]]" in found.expected

@@ -100,7 +100,7 @@ def three_rrr(**spring: object) -> Arm:
                 "joints": [
                     {"name": "crank", **turning, **spring.get("drive", {})}
                     | {"link": link(0.4, **section[0])},
-                    {"name": "elbow", "type": "revolute", "passive": True, "start": "90 deg"}
+                    {"name": "elbow", "type": "revolute", "passive": True, "start": "-120 deg"}
                     | {"link": link(0.4, **section[1])},
                     {"name": "pin", "type": "revolute", "passive": True},
                 ],

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import copy
+import subprocess
+import sys
 import tomllib
 
 import numpy as np
 import pytest
+import tomlkit
 
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
@@ -63,7 +66,7 @@ def fixed(joint: int) -> dict:
 @pytest.mark.parametrize(
     ("tree", "key", "found"),
     [
-        (changed(1, link=link(0.1)), "closures[0]", "apart at home by"),
+        (changed(1, link=link(0.1)), "closures[0]", "e1.tip and pin.tip apart at home by 5.411 mm"),
         (changed(2, **LOOSE), "closures", "5 freedoms - rank 3 of the closures = 2, for 1 drive"),
         (fixed(4), "closures[0]", "one freedom too few"),
         (changed(closures=[{"joins": ["e1.tip", "m1"]}]), "closures[0].joins", "on one branch"),
@@ -71,11 +74,9 @@ def fixed(joint: int) -> dict:
         (changed(1, gearbox={"backlash": "1 arcmin"}), "joints.e1", "gearbox on a passive joint"),
         (changed(1, limits=["0 deg", "90 deg"]), "closures", "e1 outside its limits at home"),
         (changed(closures=[]), "joints.e1.passive", "without closures"),
-        (
-            changed(tool={"after": "m1.tip"}) | {"closures": [{"joins": ["e2.tip", "m2.tip"]}]},
-            "",
-            "",
-        ),
+        (changed(1, encoder={"zero": "1 arcmin"}), "joints.e1", "encoder on a passive joint"),
+        (changed(3, start="-70 deg"), "joints.e1.start", "another assembly mode"),
+        (changed(1, start="150 deg"), "joints.e1.start", "with its start at 150 deg"),
     ],
 )
 def test_a_chain_that_cannot_be_is_refused_by_name(tree: dict, key: str, found: str):
@@ -87,6 +88,18 @@ def test_a_chain_that_cannot_be_is_refused_by_name(tree: dict, key: str, found: 
     assert found in problem.found
     assert problem.expected
     assert problem.example
+
+
+def test_a_command_refuses_a_loop_that_cannot_close_and_writes_nothing(tmp_path):
+    """Exit code 2, and how far the loop is from closing, and where."""
+    file = tmp_path / "arm.toml"
+    file.write_text(tomlkit.dumps(changed(1, link=link(0.1))), "utf-8")
+    words = [sys.executable, "-m", "lostmotion", "study", str(file)]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "closures[0]" in done.stderr
+    assert "e1.tip and pin.tip apart at home by 5.411 mm" in done.stderr
+    assert list(tmp_path.iterdir()) == [file]
 
 
 def test_a_home_in_a_parallel_singularity_is_refused():

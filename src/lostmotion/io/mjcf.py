@@ -335,6 +335,7 @@ class _Builder:
                     self.bodies[end] for end in ends
                 )
                 self.tree.joints[self.joints[joint]].coupling = f"{title} closes a loop"
+                self.tree.joints[self.joints[joint]].in_loop = True
 
     def _way(self, body: int) -> list[int]:
         """Return a body and all that carry it, up to the world."""

@@ -240,19 +240,19 @@ def _coupled(
         f"joint '{joint.name}' follows '{joint.leader}' ({joint.coupling}): a linkage on the way "
         "to the tool"
     )
+    # a constraint between two bodies is a mechanism, and MJCF alone has it
+    how = (
+        "state its passive joints and [[closures]] in TOML"
+        if joint.in_loop
+        else "that states a ratio, not a mechanism, whose pins and rods have errors: state a "
+        "four-bar in TOML, its pins as passive joints and its rod by [[closures]]"
+    )
+    expected = f"joints with drives of their own; {how}"
     before = joint.parent if moved and _reads(tree, base, joint.parent) else ""
     if before:
-        expected = (
-            "joints with drives of their own: coupled joints are not modelled yet; a tip before "
-            f"it, {before}, would do"
-        )
+        expected += f"; a tip before it, {before}, would do"
         return Problem(*at, found, expected, f"tip = {quoted(before)}")
-    return Problem(
-        *at,
-        found,
-        "joints with drives of their own: coupled joints are not modelled yet",
-        f"{tree.hinge} of its own, if it has a drive",
-    )
+    return Problem(*at, found, expected, '[[closures]] with joins = ["rod.tip", "forearm.tip"]')
 
 
 def _with_base(mistake: Problem, cart: str) -> Problem:

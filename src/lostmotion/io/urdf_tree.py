@@ -50,6 +50,7 @@ class UrdfJoint:
     effort    largest torque or force of its drive, N m or N, as stated: many files state a
               placeholder; 0 where none is
     leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
+    in_loop   whether it follows because a constraint between two bodies closes a loop
     limit_mistakes, other_mistakes  what is wrong with its limits, and with its type or axis: it
                                     counts only where the joint is on the chain root      what
                                     stands before its element in an XPath
@@ -69,6 +70,7 @@ class UrdfJoint:
     effort: float = 0.0
     leader: str = ""
     coupling: str = ""
+    in_loop: bool = False
     limit_mistakes: list[Problem] = field(default_factory=list)
     other_mistakes: list[Problem] = field(default_factory=list)
     root: str = "/robot"

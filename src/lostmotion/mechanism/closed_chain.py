@@ -20,6 +20,7 @@ from lostmotion.mechanism.closed_position import (
     assemble,
     balance,
     home_of,
+    joint_value,
     loop_columns,
     nearby_rank,
     rank_of,
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 _ENDS: Final = (".seat", "", ".tip")
 # A tool that moves less per unit of an idle freedom (rad, or share of the size) stands still.
 _STILL: Final = 1e-4
+# A hinge that stands farther from its stated start is in another assembly mode, rad.
+_FAR_FROM_START: Final = math.pi / 2
 
 
 class Mistake(NamedTuple):
@@ -87,7 +90,7 @@ def closing_error(joints: Sequence[Joint], closures: Sequence[Closure]) -> Mista
 
 def assembly_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
     """Return the first mistake in how the closures of a tree constrain it; None without one."""
-    return _branch_error(joints, tree) or _home_error(tree) or _freedom_error(tree)
+    return _branch_error(joints, tree) or _home_error(joints, tree) or _freedom_error(tree)
 
 
 def _branch_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
@@ -114,7 +117,7 @@ def _branch_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
     return None
 
 
-def _home_error(tree: Tree) -> Mistake | None:
+def _home_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
     home = home_of(tree)
     if not home.met:
         worst = int(np.nan_to_num(home.misfit, nan=np.inf).max(axis=1).argmax())
@@ -138,7 +141,28 @@ def _home_error(tree: Tree) -> Mistake | None:
             "with the drives at home",
             'start = "-77 deg"',
         )
-    return _limited(tree)
+    return _misled(joints, tree) or _limited(tree)
+
+
+def _misled(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
+    """Return the mistake of a hinge that stands far from its stated start at home."""
+    home = home_of(tree)
+    for each, (motion,) in zip(tree.passive, home.motions, strict=True):
+        twist = tree.places[each.place].twist
+        if twist.shape[1] > 1 or not twist[:3].any() or np.array_equal(each.start, np.eye(4)):
+            continue
+        start, stands = (joint_value(twist[:, 0], of[None])[0] for of in (each.start, motion))
+        if abs(np.angle(np.exp(1j * (stands - start)))) > _FAR_FROM_START:
+            names = [joint.name for joint in joints]
+            return Mistake(
+                ("joints", names.index(each.joint), "start"),
+                f"{each.joint} at {math.degrees(stands):.4g} deg at home, with its start at "
+                f"{math.degrees(start):.4g} deg: another assembly mode",
+                "start of each passive joint within 90 deg of where it stands with the drives at "
+                "home, in the mode that is wanted",
+                f'start = "{math.degrees(stands):.4g} deg"',
+            )
+    return None
 
 
 def _limited(tree: Tree) -> Mistake | None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-class Loop(NamedTuple):
+class ClosedLoop(NamedTuple):
     """A loop: names of the two places that its closure joins, those of its passive joints, and how
     many of its six constraints those before it and its passive joints do not need.
     """
@@ -23,7 +23,7 @@ class Loop(NamedTuple):
     redundant: int
 
 
-def loops_of(tree: Tree) -> tuple[Loop, ...]:
+def loops_of(tree: Tree) -> tuple[ClosedLoop, ...]:
     """Return the loops of a closed chain, with the constraints that are redundant at home.
 
     Closures count in the order of the file, so that their redundant constraints add up to those of
@@ -37,7 +37,7 @@ def loops_of(tree: Tree) -> tuple[Loop, ...]:
         rank = rank_of(jacobian[: 6 * k + 6])
         passive = dict.fromkeys(each.joint for each in tree.passive if sign[each.place])
         first, second = (tree.places[place].name for place in weld.places)
-        out.append(Loop((first, second), tuple(passive), 6 - rank + before))
+        out.append(ClosedLoop((first, second), tuple(passive), 6 - rank + before))
         before = rank
     return tuple(out)
 
