@@ -25,7 +25,12 @@ _LONGEST_BESIDE: Final = 60
 # Fields of finite elements.
 _FIELDS: Final = ("planet.vtu", "ring.vtu", "first-stage-planet.vtu", "first-stage-ring.vtu")
 # Whatever a report is about, its folder holds some of these and nothing else.
-FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", *_FIELDS, "sized.toml")
+_OF_ROBOT: Final = ("robot.toml", "joints.csv", "calibrated.urdf", "mdh.csv", "poses.csv")
+FILES: Final = (
+    *("report.html", "result.json", "arrays.nc", "profile.dxf", "sized.toml"),
+    *_FIELDS,
+    *_OF_ROBOT,
+)
 # Folders within it, and the suffixes of the files there.
 FOLDERS: Final = {"figures": (".svg", ".pdf", ".png"), "tables": (".csv", ".tex")}
 
