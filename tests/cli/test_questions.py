@@ -13,7 +13,8 @@ import typer.main
 import lostmotion
 from lostmotion.analyses.signature import question_of
 from lostmotion.cli.app import app
-from lostmotion.cli.generator import command_name, command_of, shared_options
+from lostmotion.cli.generator import command_name, command_of
+from lostmotion.cli.shared_options import shared_options
 
 NAMES = tuple(lostmotion.QUESTIONS)
 

@@ -85,7 +85,7 @@ class Argument(_Options):
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class QuestionParameter:
     """One parameter of a question: its name, its type without the annotation, and its default."""
 
     name: str
@@ -214,12 +214,12 @@ class Question:
     name: str
     summary: str
     details: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[QuestionParameter, ...]
     folder: str | None
     in_words: Callable[[Any], str] | None = None
 
     @property
-    def options(self) -> tuple[Parameter, ...]:
+    def options(self) -> tuple[QuestionParameter, ...]:
         """Return the parameters that the command line has."""
         return tuple(each for each in self.parameters if not each.argument.python_only)
 
@@ -285,7 +285,7 @@ def question_of(function: Callable[..., Any]) -> Question:
     return found
 
 
-def _parameter(name: str, hint: Any, default: Any) -> Parameter:  # noqa: ANN401 - any annotation
+def _parameter(name: str, hint: Any, default: Any) -> QuestionParameter:  # noqa: ANN401 - any annotation
     optional = get_origin(hint) is not Annotated  # an argument of its own, or None
     annotated = next(
         (each for each in (hint, *get_args(hint)) if get_origin(each) is Annotated), None
@@ -293,7 +293,7 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:  # noqa: ANN401
     if annotated is None or not isinstance(annotated.__metadata__[0], Argument):
         raise TypeError(f"the argument '{name}' of a question has no Argument")
     kind = annotated.__origin__
-    return Parameter(
+    return QuestionParameter(
         name,
         kind | None if optional and not isinstance(kind, ForwardRef) else kind,
         annotated.__metadata__[0],
@@ -301,7 +301,7 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:  # noqa: ANN401
     )
 
 
-def _section(parameters: Sequence[Parameter]) -> str:
+def _section(parameters: Sequence[QuestionParameter]) -> str:
     lines = ["Parameters", "----------"]
     for each in parameters:
         lines += [

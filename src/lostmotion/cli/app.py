@@ -17,7 +17,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from lostmotion import QUESTIONS
-from lostmotion.cli.generator import command_name, command_of, stopped, swallowed
+from lostmotion.cli.answering import stopped, swallowed
+from lostmotion.cli.generator import command_name, command_of
 from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded, too_little_space
 from lostmotion.cli.terminal import (
     LOST,

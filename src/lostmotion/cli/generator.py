@@ -1,77 +1,24 @@
-"""One command per question, generated from its signature, and the options that every command
-has.
-"""
+"""One command per question, generated from its signature."""
 
 from __future__ import annotations
 
 import inspect
 from dataclasses import replace
-from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from typer.core import TyperCommand
 
-from lostmotion.analyses.signature import Argument, Parameter, question_of, results_folder
-from lostmotion.cli.terminal import begin_printing, say, say_json
-from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
+from lostmotion.analyses.signature import QuestionParameter, question_of
+from lostmotion.cli.answering import answer
+from lostmotion.cli.shared_options import SHARED, shared_options
+from lostmotion.errors import InputError, Problem, nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator
 
-    from lostmotion.analyses.result import Result
     from lostmotion.analyses.signature import Question
 
-# Columns of a line that every terminal shows whole, and the gap between two statements on it.
-_LINE: Final = 80
-_GAP: Final = "   "
-STOPPED: Final = 130  # the shell's own code for it
-stopped: list[bool] = []
-# where they could not be raised: what was computed since is not to be trusted
-swallowed: list[MemoryError] = []
-# What every command has besides the arguments of its question.
-SHARED: Final = (
-    Parameter(
-        "out",
-        str,
-        Argument(
-            "Folder for report.html, result.json and what else the command writes.",
-            metavar="FOLDER",
-        ),
-        None,
-    ),
-    Parameter(
-        "figures",
-        Literal["svg", "pdf", "png"],
-        Argument("Also write every figure of the report as a file into FOLDER/figures."),
-        None,
-    ),
-    Parameter(
-        "tables",
-        Literal["csv", "latex"],
-        Argument("Also write every table as a file into FOLDER/tables; LaTeX for booktabs."),
-        None,
-    ),
-    Parameter("force", bool, Argument("Replace an existing output folder."), default=False),
-    Parameter(
-        "json",
-        bool,
-        Argument(
-            "Print result.json in place of the figures; then a folder is written only where "
-            "--out names one."
-        ),
-        default=False,
-    ),
-    Parameter("full", bool, Argument("Print every figure in place of one screen."), default=False),
-    Parameter("quiet", bool, Argument("Print the answer alone, on one line."), default=False),
-)
-# What a command has whose result is data that it states in words.
-_AS_JSON: Final = Parameter("json", bool, Argument("Print the result as JSON."), default=False)
-# Of these, what replaces the one screen that is printed, and what a report's folder holds besides
-# the report.
-_PRINTED: Final = ("json", "full", "quiet")
-_COPIES: Final = frozenset({"figures", "tables"})
 # The class of all mistakes in what was typed, of whichever Click typer brings.
 _UsageError: Final[type[Exception]] = typer.BadParameter.__mro__[1]
 
@@ -82,7 +29,7 @@ def command_of(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - a command
 
     def carry_out(**typed: Any) -> None:  # noqa: ANN401 - as declared below
         try:
-            _carry_out(function, question, typed)
+            answer(function, question, typed)
         except InputError as error:
             raise InputError([spelled(problem, question) for problem in error.problems]) from error
 
@@ -102,20 +49,7 @@ def command_of(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - a command
     return typer.main.get_command(app)
 
 
-def shared_options(question: Question) -> tuple[Parameter, ...]:
-    """Return the options that a command has besides the arguments of its question: where its result
-    is data alone, only one to print it as such.
-    """
-    own = {each.name for each in question.options}
-    if question.folder is None:
-        return () if question.in_words is None else (_AS_JSON,)
-    own |= {"force"} if "out" in own else set()
-    # what it writes is one file, and no report
-    own |= _COPIES if "out" in own and not question.folder else set()
-    return tuple(each for each in SHARED if each.name not in own)
-
-
-def _declared(question: Question, parameter: Parameter) -> inspect.Parameter:
+def _declared(question: Question, parameter: QuestionParameter) -> inspect.Parameter:
     """Return one option as typer declares it; all values are text, which the question reads."""
     about = parameter.argument
     kind: Any = str | None
@@ -154,7 +88,7 @@ def _declared(question: Question, parameter: Parameter) -> inspect.Parameter:
     )
 
 
-def _words_of(parameter: Parameter) -> Callable[[str], list[str]] | None:
+def _words_of(parameter: QuestionParameter) -> Callable[[str], list[str]] | None:
     """Return what completes a value in a shell: the words that an option takes. None for other
     options, which the shell completes by file names.
     """
@@ -165,161 +99,17 @@ def _words_of(parameter: Parameter) -> Callable[[str], list[str]] | None:
     )
 
 
-def _is_positional(question: Question, parameter: Parameter) -> bool:
+def _is_positional(question: Question, parameter: QuestionParameter) -> bool:
     """Return whether a parameter is typed without its name: the first one is."""
     return bool(question.options) and parameter is question.options[0]
 
 
-def _positional(parameter: Parameter) -> str:
+def _positional(parameter: QuestionParameter) -> str:
     return parameter.name.upper() if parameter.required else f"[{parameter.name.upper()}]"
 
 
 def _option(name: str) -> str:
     return "--" + name.replace("_", "-")
-
-
-def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[str, Any]) -> None:
-    """Ask the question, write its report, and print what was found."""
-    given = {
-        each.name: typed[each.name]
-        for each in question.options
-        if typed[each.name] or typed[each.name] == "" or each.required
-    }
-    if question.folder is None:
-        data = function(**given)
-        if question.in_words is None or typed["json"]:
-            say_json(data)
-        else:
-            say(question.in_words(data))
-        return
-    from lostmotion.analyses.result import PartialResultError
-    from lostmotion.io.flexibility_files import keep_flexibilities
-    from lostmotion.reporting.folder import refuse_existing
-    from lostmotion.reporting.progress import ProgressBar
-
-    common = {
-        each.name: each.read(typed[each.name], {}) if each.words else typed[each.name]
-        for each in shared_options(question)
-    }
-    _refuse_conflicts(common)
-    own = "out" not in common  # a folder that is one of the question's arguments
-    force = common.get("force", False)
-    out = common.get("out") or (None if common["json"] else _folder(question, given))
-    callbacks = {each.name for each in question.parameters if each.argument.python_only}
-    if "ready" in callbacks and out is not None:
-        given["ready"] = partial(refuse_existing, out, force=force)
-    keep_flexibilities()
-    try:
-        with ProgressBar() as bar:
-            found = _asked(
-                function, {**given, **({"progress": bar} if "progress" in callbacks else {})}
-            )
-    except PartialResultError as error:
-        found = error.partial()
-    except KeyboardInterrupt as stop:
-        notes = getattr(stop, "__notes__", ())
-        for note in notes or (
-            () if own else ("nothing was written: a result is written only once it is complete",)
-        ):
-            say(f"lostmotion: {note}", error=True)
-        raise typer.Exit(STOPPED) from None
-    if stopped:
-        raise typer.Exit(STOPPED)
-    if swallowed:
-        raise swallowed[0]
-    results = found if isinstance(found, list) else [found]
-    copies = {name: common[name] for name in _COPIES if name in common}
-    written = [
-        each.report(None if own else out, force=force, **copies)
-        for each in results
-        if own or out is not None
-    ]
-    _show(results, written, common)
-
-
-def _refuse_conflicts(common: Mapping[str, Any]) -> None:
-    """Raise InputError for an output folder without a name, and for several options of what to
-    print.
-    """
-    if common.get("out") == "":
-        raise refuse_argument("out", "", "a folder", out="results")
-    chosen = [name for name in _PRINTED if common.get(name)]
-    if len(chosen) > 1:
-        raise refuse_argument(
-            ", ".join(chosen), f"{len(chosen)} of them", "one of them, or none", **{chosen[0]: True}
-        )
-
-
-def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - the result of any question
-    """Return the answer to a question; an argument that takes any number of values by position is
-    handed over as such.
-    """
-    listed = [
-        each.name
-        for each in inspect.signature(function).parameters.values()
-        if each.kind is each.VAR_POSITIONAL
-    ]
-    by_name = {name: value for name, value in given.items() if name not in listed}
-    return function(*(value for name in listed for value in given.get(name) or ()), **by_name)
-
-
-def _show(results: list[Result], written: list[Path], common: Mapping[str, Any]) -> None:
-    """Print the figures, which are written already: a closed pipe must not cost the results."""
-    begin_printing()
-    if common["json"]:
-        say_json(results[0].result() if len(results) == 1 else [each.result() for each in results])
-    elif common["quiet"]:
-        _show_answers(results)
-    else:
-        _show_figures(results, written, full=common["full"])
-    failures = [each.failure for each in results if each.failure]
-    for failure in dict.fromkeys(failures):
-        say(f"lostmotion: {failure}", error=True)
-    if failures:
-        raise typer.Exit(1)
-
-
-def _show_figures(results: list[Result], written: list[Path], *, full: bool) -> None:
-    """Print one screen of each result, or every figure, and where the reports are."""
-    for each in results:
-        each.summary(full=full)
-    figures = any(each.sheet.sections for each in results)
-    more = f"{_GAP}--full prints every figure." if written and figures and not full else ""
-    for each, folder in zip(results, map(_from_here, written), strict=False):
-        lines = [each.outcome(folder), *each.further_files(folder)]
-        if each is results[-1] and lines[0] and len(lines[0] + more) <= _LINE:
-            lines[0], more = lines[0] + more, ""
-        say("\n" + "\n".join(line for line in lines if line))
-    if more:
-        say(more.strip())
-
-
-def _from_here(written: Path) -> Path:
-    """Return a path as the user would type it: from the working folder where it lies in it."""
-    here = Path.cwd()
-    return written.relative_to(here) if written.is_relative_to(here) else written
-
-
-def _show_answers(results: list[Result]) -> None:
-    """Print the answer of each result on one line, and what makes it doubtful to standard error."""
-    for sheet in (each.sheet for each in results):
-        for warning in sheet.warnings:
-            say(f"warning: {warning}", error=True)
-        if sheet.verdict:
-            say(sheet.verdict)
-
-
-def _folder(question: Question, given: Mapping[str, Any]) -> str | None:
-    """Return the folder for results where none was named: NAME is that of the first file."""
-    if not question.folder:
-        return None
-    files = [
-        value
-        for each in question.options
-        if each.argument.metavar == "FILE" and (value := given.get(each.name))
-    ]
-    first = files[0] if files else question.name
-    return results_folder(first if isinstance(first, str) else first[0], question.folder)
 
 
 class _Command(TyperCommand):
@@ -385,7 +175,7 @@ def _problems(
         )
 
 
-def _example(option: str, parameter: Parameter) -> str:
+def _example(option: str, parameter: QuestionParameter) -> str:
     """Return an option with its default, or with the kind of its value."""
     if parameter.is_switch:
         return option

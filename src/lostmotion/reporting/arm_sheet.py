@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Literal
 
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.reporting.provenance import provenance_facts, provenance_sections
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Bars, Card, Cell, Section, Sheet
 
-# Titles of cards that show scatter between visits alone.
-_REPEATS: Final = ("repeatability", "RP")
-
 
 def with_arm(
     sheet: Sheet,
@@ -32,7 +29,6 @@ def with_arm(
     known: States,
     *,
     poses: Poses | None = None,
-    cards: Sequence[str] = (),
     sections: Sequence[str] = (),
     not_counted: str = "",
 ) -> Sheet:
@@ -40,16 +36,15 @@ def with_arm(
     provenance of its values, and the signs of bounds.
 
     poses        as for `overloads`, which the warnings count
-    cards        beginnings of the titles of cards whose figures are bounds where kinds of error are
-                 missing
-    sections     the same by the beginnings of the keys of sections
+    sections     beginnings of the keys of sections whose figures are bounds where kinds of error
+                 are missing
     not_counted  what no figure contains: the first note, and a fact of result.json
     """
     beside = {"not_counted": not_counted} if not_counted else {}
     return replace(
         sheet,
         name=arm.name,
-        cards=bounded_cards(sheet.cards, known, cards),
+        cards=bounded_cards(sheet.cards, known),
         sections=(
             *bounded_sections(sheet.sections, known, sections),
             *provenance_sections(known),
@@ -60,21 +55,14 @@ def with_arm(
     )
 
 
-def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
-    """Return cards, those whose title begins with one of `bounded` with the sign of a lower or an
-    upper bound where they are one.
+def bounded_cards(cards: Iterable[Card], known: States) -> tuple[Card, ...]:
+    """Return cards, those of errors and of repeatability with the sign of a lower or an upper bound
+    where they are one.
     """
     return tuple(
-        replace(card, number=_bounded(card, known))
-        if card.title.startswith(tuple(bounded))
-        else card
+        replace(card, number=_bounded(card, known), limited_as="") if card.limited_as else card
         for card in cards
     )
-
-
-def bounded_figure_cards(cards: Sequence[Card], known: States) -> tuple[Card, ...]:
-    """Return cards, those of declared figures as bounds where kinds of error are missing."""
-    return bounded_cards(cards, known, [card.title for card in cards if card.key])
 
 
 def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> tuple[Bars, ...]:
@@ -130,7 +118,7 @@ def _bounded(card: Card, known: States) -> str:
     number = card.number.removeprefix("≥ ").removeprefix("≤ ")
     if not number[:1].isdigit():
         return card.number
-    counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
+    counts = in_repeats(known) if card.limited_as == "repeatability" else in_error(known)
     if known.lower_bound:
         return number if counts else f"≥ {number}"
     if counts:

@@ -159,12 +159,16 @@ class Section:
 class Card:
     """A figure that is asked for first: what it is, the number as text, a quiet line below it, and
     the key of the declared figure that it shows, if it is one.
+
+    limited_as  whether a kind of error that is missing makes it a bound, as an error or as
+                repeatability
     """
 
     title: str
     number: str
     quiet: str = ""
     key: str = ""
+    limited_as: Literal["", "error", "repeatability"] = ""
 
 
 @dataclass(frozen=True, slots=True)

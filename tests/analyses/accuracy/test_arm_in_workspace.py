@@ -186,7 +186,7 @@ def test_a_scene_is_drawn_of_any_study():
     q = np.linspace(-1, 1, 50)[:, None]
     tool, nothing = tool_points(arm, q), np.zeros(50)
     (alone,) = picture.arm_in_workspace(
-        picture.PoseErrors(arm, q, 0.0, tool, nothing, nothing, tool)
+        picture.PicturedErrors(arm, q, 0.0, tool, nothing, nothing, tool)
     )
     assert alone.scene.flat
     assert "larger" not in alone.words + alone.scene.poses[0].words

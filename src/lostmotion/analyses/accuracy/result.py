@@ -208,7 +208,7 @@ class AnalyticStudy(Figured, Attributed, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace
+        from lostmotion.analyses.accuracy.plots.arm import PicturedErrors, arm_in_workspace
         from lostmotion.analyses.accuracy.plots.budget import of_budget
         from lostmotion.error_model.poses import reachable_points
         from lostmotion.mechanism.state import tool_points
@@ -217,7 +217,7 @@ class AnalyticStudy(Figured, Attributed, Result):
         reachable = reachable_points(self.arm, self.seed)
         tool = tool_points(self.arm, self.poses.q)
         pictures = arm_in_workspace(
-            PoseErrors(
+            PicturedErrors(
                 self.arm, self.poses.q, self.approach, tool, self.analytic.mean, within, reachable
             )
         )

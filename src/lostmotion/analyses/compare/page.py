@@ -263,7 +263,10 @@ def _parts(found: Comparison, change: Change, index: int) -> list[Section]:
             each.part for each in change.parts
         }:
             continue
-        ranked = sorted(items, key=lambda each: -max(each.before or 0.0, each.after or 0.0))
+        # what is equal but for rounding stays in the order of the arms
+        ranked = sorted(
+            items, key=lambda each: -float(f"{max(each.before or 0.0, each.after or 0.0):.9g}")
+        )
         shortened = (
             f"the {_MOST_ROWS} largest of {len(ranked)}, all of them in result.json. "
             if len(ranked) > _MOST_ROWS

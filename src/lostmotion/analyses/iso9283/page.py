@@ -286,16 +286,18 @@ def _predicted_cards(
     """
     sheet = found.loads[0]
     one, either = (
-        Card(f"RP_l, {arriving}", str(_worst_scatter(values)), f"95 % of arms, {pose}")
+        Card(
+            f"RP_l, {arriving}",
+            str(_worst_scatter(values)),
+            f"95 % of arms, {pose}",
+            limited_as="repeatability",
+        )
         for arriving, values, pose in (
             (ISO_CYCLE, sheet.repeatability, "worst of five poses"),
             (ANY_APPROACH, sheet.random_approach, "worst pose"),
         )
     )
-    repeats = (
-        *bounded_cards([one], known, ("RP_l",)),
-        *bounded_cards([either], either_known, ("RP_l",)),
-    )
+    repeats = (*bounded_cards([one], known), *bounded_cards([either], either_known))
     if _describes_little_scatter(found):
         repeats = (replace(repeats[0], number=_at_least(repeats[0].number)), repeats[1])
     accurate, fitted = (
@@ -304,12 +306,11 @@ def _predicted_cards(
     )
     accuracy = bounded_cards(
         [
-            Card("AP_p, 95 % of arms", accurate, "worst of five poses"),
-            Card("AP_p, best-fit frames", fitted, "95 % of arms, worst pose"),
+            Card("AP_p, 95 % of arms", accurate, "worst of five poses", limited_as="error"),
+            Card("AP_p, best-fit frames", fitted, "95 % of arms, worst pose", limited_as="error"),
             Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
         ],
         known,
-        ("AP_p",),
     )
     numbers, without = (
         [card for card in repeats if (card.number == "none described") == none]

@@ -5,7 +5,7 @@ trade-off.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from lostmotion.analyses.sizing.plots import selection_plots as plots
 from lostmotion.error_model.upper_limits import with_limits
@@ -87,7 +87,6 @@ def sheet(result: Selection) -> Sheet:
         ),
         result.sized,
         known,
-        cards=(result.quantity, "as stated"),
         sections=("error",),
         not_counted=not_counted(result),
     )
@@ -151,9 +150,11 @@ def _cards(result: Selection) -> list[Card]:
     error, before = (cell(each, "m") for each in (result.error, result.error_before))
     met = "" if result.meets_target else ", not met"
     target = f"target {length(result.target, stated=True)}{met}"
+    of_error = result.study_size.of == "error"
+    limited: Literal["error", "repeatability"] = "error" if of_error else "repeatability"
     cards = [
-        Card(result.quantity, str(error), target),
-        Card("as stated", str(before), result.quantity),
+        Card(result.quantity, str(error), target, limited_as=limited),
+        Card("as stated", str(before), result.quantity, limited_as=limited),
         Card("selected parts", str(_kg(result.mass)), f"as stated {_kg(result.mass_before)}"),
     ]
     if result.objective.has_price:

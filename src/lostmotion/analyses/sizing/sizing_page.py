@@ -93,7 +93,6 @@ def sheet(result: Size) -> Sheet:
         ),
         result.sized,
         known,
-        cards=("r.m.s. tool error",),
         not_counted=not_counted(result),
     )
 
@@ -194,6 +193,7 @@ def _cards(result: Size, known: States) -> list[Card]:
             "r.m.s. tool error",
             str(length(result.rms_error)),
             f"as stated {at_least(length(result.rms_error_before), known)}",
+            limited_as="error",
         ),
         Card(
             f"highest utilisation, {critical.joint}",

@@ -76,7 +76,12 @@ def compliance_cards(survey: Survey, known: States) -> list[Card]:
     largest = float(survey.max_compliance[survey.softest_pose])
     sign = "≤ " if known.lower_bound else ""
     out = [
-        Card("largest compliance", str(Cell(largest, "µm/N")), f"pose {survey.softest_pose}"),
+        Card(
+            "largest compliance",
+            str(Cell(largest, "µm/N")),
+            f"pose {survey.softest_pose}",
+            limited_as="error",
+        ),
         Card("stiffness there", str(_stiffness(largest)), "tool free to rotate"),
         *(
             Card(
@@ -93,6 +98,7 @@ def compliance_cards(survey: Survey, known: States) -> list[Card]:
                 "deflection by the payload",
                 str(length(float(survey.payload_deflection.max()))),
                 f"largest, {survey.arm.payload.mass:g} kg",
+                limited_as="error",
             )
         )
     return out

@@ -127,7 +127,6 @@ def statics_sheet(
                 *compliance_cards(survey, elastic),
             ],
             elastic,
-            ("largest compliance", "deflection by the payload"),
         ),
         sections=(
             *payload_section(arm, payload, known),

@@ -304,7 +304,8 @@ def design_cards(
     for title, each in ends:
         figure = as_length(each.p95, "")
         named = title if len(ranked) > 1 else "95th percentile of the error"
-        out.append(_bounded(each, Card(named, str(figure), design_name(order.axes, each.design))))
+        name = design_name(order.axes, each.design)
+        out.append(_bounded(each, Card(named, str(figure), name, limited_as="error")))
     if len(ranked) > 1:
         out += _best_of_other_figures(order, ranked)
     largest, of = max(((each.worst[0], each) for each in outcomes), key=lambda pair: pair[0].error)
@@ -315,6 +316,7 @@ def design_cards(
                 "largest error",
                 str(length(largest.error)),
                 f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}",
+                limited_as="error",
             ),
         )
     )
@@ -338,6 +340,7 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
                 f"{rp_name(order.approach)}, best design",
                 str(as_length(repeats[best], "")),
                 design_name(order.axes, best),
+                limited_as="repeatability",
             ),
         )
     if len({each.mass for each in ranked}) > 1:
@@ -363,4 +366,4 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
 
 def _bounded(each: Outcome, card: Card) -> Card:
     """Return a card of a design's error with the sign of a bound where it is one."""
-    return bounded_cards([card], known_of(each), (card.title,))[0]
+    return bounded_cards([card], known_of(each))[0]

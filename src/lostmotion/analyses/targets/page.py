@@ -115,7 +115,6 @@ def sheet(result: Target) -> Sheet:
         ),
         result.arm,
         known,
-        cards=("as stated",),
         sections=("target",),
     )
 
@@ -232,7 +231,12 @@ def _cards(result: Target, known: States) -> list[Card]:
     current = cell(result.current, "m")
     out = [
         Card("target", str(_target(result)), _quantity(result)),
-        Card("as stated", str(current), f"interval {current.interval}" if current.interval else ""),
+        Card(
+            "as stated",
+            str(current),
+            f"interval {current.interval}" if current.interval else "",
+            limited_as="error" if result.kind == "error" else "repeatability",
+        ),
     ]
     if result.equal_factor is not None:
         factor = float(np.nanmax(result.equal_factor.factors))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.analyses.view.picture import Classes
-    from lostmotion.analyses.view.session import Figures, Session, Workspace
+    from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Session
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
@@ -109,7 +109,7 @@ class Controls:
     def show(
         self,
         found: Figures,
-        over_all: Workspace | None,
+        over_all: ErrorOverWorkspace | None,
         factor: float | None,
         count: int,
         milliseconds: float,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.view.picture import Classes
-    from lostmotion.analyses.view.session import Figures, Workspace
+    from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures
     from lostmotion.error_model.budget import Cost
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -35,7 +35,10 @@ _PER_LETTER, _WIDEST_NAME = 0.58, 14.0
 
 
 def headline(
-    found: Figures, over_all: Workspace | None, factor: float | None, known: States | None = None
+    found: Figures,
+    over_all: ErrorOverWorkspace | None,
+    factor: float | None,
+    known: States | None = None,
 ) -> str:
     """Return the error at the pose and over the workspace, as a bound where kinds of error are
     missing, which are named.

@@ -65,7 +65,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Workspace:
+class ErrorOverWorkspace:
     """The error over the workspace.
 
     poses   joint values of the poses
@@ -110,7 +110,7 @@ class LiveArm:
             np.abs(torques) / rated_torques(self.arm),
         )
 
-    def workspace(self) -> Iterator[Workspace | None]:
+    def workspace(self) -> Iterator[ErrorOverWorkspace | None]:
         """Yield None after each part of the work, then the error over the workspace."""
         found, points, histogram = [], [], PooledHistogram(self.poses)
         for block in histogram.blocks(TILE):
@@ -121,7 +121,9 @@ class LiveArm:
             yield None
         error = joined(found)
         whole = histogram.figures(error).quantiles[_Q95]
-        yield Workspace(self.poses, np.concatenate(points), error.quantiles[:, _Q95], whole)
+        yield ErrorOverWorkspace(
+            self.poses, np.concatenate(points), error.quantiles[:, _Q95], whole
+        )
 
     def _screws(self, q: Floats) -> PoseMatrix:
         """Return the pose matrix of the errors that remain, for q (pose, joint)."""
@@ -151,7 +153,7 @@ class Session:
         self._q, self._choices = np.array(q, dtype=float), Choices(arm.payload.mass)
         self._moved, self._chosen = True, True
         self._live: LiveArm | None = None
-        self._workspace: Iterator[Workspace | None] | None = None
+        self._workspace: Iterator[ErrorOverWorkspace | None] | None = None
         self._news.set()
 
     @property
@@ -211,7 +213,7 @@ class Session:
         if self._workspace is None:
             self._news.wait(seconds)
 
-    def step(self) -> Figures | Workspace | Refused | None:
+    def step(self) -> Figures | ErrorOverWorkspace | Refused | None:
         """Compute what is asked for next and return it; None where nothing is complete."""
         with self._lock:
             q, choices, moved, chosen = self._q, self._choices, self._moved, self._chosen
@@ -224,7 +226,7 @@ class Session:
 
     def _compute(
         self, q: Floats, choices: Choices, *, moved: bool, chosen: bool
-    ) -> Figures | Workspace | None:
+    ) -> Figures | ErrorOverWorkspace | None:
         if chosen:
             arm = changed(self._file, choices)
             live = LiveArm(arm, self._poses, choices.stage)

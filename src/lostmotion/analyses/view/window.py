@@ -17,7 +17,7 @@ from lostmotion.analyses.view.controls import Controls
 from lostmotion.analyses.view.guard import Guard
 from lostmotion.analyses.view.picture import Framing, classes_of, enlargement, picked, visible
 from lostmotion.analyses.view.scene import Scene
-from lostmotion.analyses.view.session import Figures, Refused, Workspace
+from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Refused
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Window:
         self._scene = Scene(self._server, self._arm, self._framing, draw_meshes)
         self._scene.show_shape(self._arm)
         self._figures: Figures | None = None
-        self._workspace: Workspace | None = None
+        self._workspace: ErrorOverWorkspace | None = None
         self._points = np.empty(0, dtype=int)
         self._classes: Classes | None = None
         self._factor: float | None = None
@@ -158,10 +158,10 @@ class Window:
             self._server.flush()
             time.sleep(_APART)
             with self._server.atomic():
-                self._show_picture(workspace=redraw or isinstance(found, Workspace))
+                self._show_picture(workspace=redraw or isinstance(found, ErrorOverWorkspace))
             self._server.flush()
 
-    def _take(self, found: Figures | Workspace | Refused | None, *, redraw: bool) -> None:
+    def _take(self, found: Figures | ErrorOverWorkspace | Refused | None, *, redraw: bool) -> None:
         """Take what was computed.
 
         Classes and enlargement stay as they are at first, so that changes can be compared, until
@@ -173,7 +173,7 @@ class Window:
             self._figures, self._warning = found, self._note
         elif found is not None:
             self._workspace = found
-        if self._workspace is None or not (redraw or isinstance(found, Workspace)):
+        if self._workspace is None or not (redraw or isinstance(found, ErrorOverWorkspace)):
             return
         if self._classes is None or self._controls.take_refit():
             self._classes = classes_of(self._workspace.q95)

@@ -122,7 +122,6 @@ def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
         ),
         found.arm,
         known,
-        cards=(percentile_label(found), "most accurate", "best placement"),
         sections=("map", "within", "places"),
     )
 
@@ -168,8 +167,18 @@ def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
 def _cards(found: WorkspaceMap, known: States) -> list[Card]:
     least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
     out = [
-        Card(f"{percentile_label(found)}, median cell", str(middle), configuration_label(found)),
-        Card("most accurate cell", str(least), f"least accurate {at_least(most, known)}"),
+        Card(
+            f"{percentile_label(found)}, median cell",
+            str(middle),
+            configuration_label(found),
+            limited_as="error",
+        ),
+        Card(
+            "most accurate cell",
+            str(least),
+            f"least accurate {at_least(most, known)}",
+            limited_as="error",
+        ),
     ]
     if found.within_target is not None:
         share, _ = share_within(found, found.within_target.target)
@@ -187,6 +196,7 @@ def _cards(found: WorkspaceMap, known: States) -> list[Card]:
                 "best placement",
                 str(length(box.validated_worst)),
                 f"{placement_label(box)}; worst validation point",
+                limited_as="error",
             )
         )
     return out

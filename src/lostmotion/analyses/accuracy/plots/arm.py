@@ -48,7 +48,7 @@ _WHAT: Final = "95 % of positions within"
 
 
 @dataclass(frozen=True)
-class PoseErrors:
+class PicturedErrors:
     """The error of an arm at each of its poses, for a picture.
 
     q          (pose, joint) rad or m
@@ -95,7 +95,7 @@ class _Scale:
     factor: float
 
 
-def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
+def arm_in_workspace(found: PicturedErrors) -> Iterator[Plot]:
     """Yield the arm at the poses with the largest and the smallest mean error, each in the cut
     through its workspace that holds base axis and tool.
 
@@ -137,7 +137,7 @@ def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
         )
 
 
-def sections_of(found: PoseErrors) -> PoseValues:
+def sections_of(found: PicturedErrors) -> PoseValues:
     """Return the 95th percentile at each pose for sections in the classes of the pictures above,
     with the worst pose marked.
     """
@@ -159,7 +159,7 @@ def sections_of(found: PoseErrors) -> PoseValues:
     )
 
 
-def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
+def _errors(found: PicturedErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
     """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids
     with 95 % of the positions about them, m.
     """
@@ -175,7 +175,7 @@ def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
     ] * axes.transpose(0, 2, 1)
 
 
-def _words(found: PoseErrors, name: str, pose: int, factor: float) -> str:
+def _words(found: PicturedErrors, name: str, pose: int, factor: float) -> str:
     """Return what the viewer shows at a pose."""
     within, mean = (length(float(each[pose])) for each in (found.within, found.mean))
     errors = (
@@ -191,7 +191,7 @@ def _words(found: PoseErrors, name: str, pose: int, factor: float) -> str:
     )
 
 
-def _cells(found: PoseErrors, scale: _Scale) -> Cells:
+def _cells(found: PicturedErrors, scale: _Scale) -> Cells:
     """Return the coloured cells of the workspace."""
     edge = found.size / CELLS
     low, values = cells_in_space(
@@ -205,7 +205,7 @@ def _cells(found: PoseErrors, scale: _Scale) -> Cells:
 
 
 def _picture(
-    found: PoseErrors, name: str, pose: int, bias: Floats, scale: _Scale
+    found: PicturedErrors, name: str, pose: int, bias: Floats, scale: _Scale
 ) -> tuple[Figure, str]:
     """Return the figure of the arm at a pose in its cut, and what it shows in words."""
     tool, edge, error = found.tool[pose], found.size / CELLS, scale.factor * bias
@@ -276,7 +276,7 @@ def _view(tool: Floats, *, flat: bool) -> tuple[Floats, tuple[str, str]]:
     )
 
 
-def _arm(on: Axes, found: PoseErrors, pose: int, view: Floats) -> list[Floats]:
+def _arm(on: Axes, found: PicturedErrors, pose: int, view: Floats) -> list[Floats]:
     """Draw the bodies of the arm from far to near, and return their outlines (corner, 2), mm."""
     from matplotlib.patches import Polygon
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace, sections_of
+from lostmotion.analyses.accuracy.plots.arm import PicturedErrors, arm_in_workspace, sections_of
 from lostmotion.analyses.accuracy.plots.budget import (
     CAUSES_TEXT,
     LEVELS_TEXT,
@@ -138,11 +138,11 @@ def plots(answer: Answer) -> list[Plot]:
     return [*arm_in_workspace(pictured), *cut, *shown, *places]
 
 
-def pose_errors(answer: Answer) -> PoseErrors:
+def pose_errors(answer: Answer) -> PicturedErrors:
     """Return the error at each pose for the pictures of the first screen."""
     table = answer.sampled.per_pose
     within = table[:, kernel.FIRST_QUANTILE + 3 * kernel.QUANTILES.index(0.95)]
-    return PoseErrors(
+    return PicturedErrors(
         answer.arm,
         answer.poses.q,
         answer.approach,

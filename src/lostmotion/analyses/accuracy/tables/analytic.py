@@ -28,7 +28,7 @@ from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.error_samples import Drawn, Summed
 from lostmotion.propagation.figures import FIRST, HEADLINE, MEAN, RMS, figures_of, percentile
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.reporting.arm_sheet import bounded_bars, bounded_figure_cards, bounded_sections
+from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.layout import row_at
@@ -136,7 +136,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
         verdict=_verdict(found_in[""], blame, known, arm, overloaded),
-        cards=bounded_figure_cards(cards, known),
+        cards=bounded_cards(cards, known),
         sections=(
             *bounded_sections((section, *in_zones), known, ("analytic", "zone_")),
             levels_section(blame),
@@ -228,7 +228,9 @@ def _cards(section: Section, found_in: dict[str, Cell], largest: Cost | None) ->
         (f"{within.title}, {zone}", HEADLINE, figure) for zone, figure in found_in.items() if zone
     ]
     out = [
-        Card(title, str(figure), f"interval {figure.between}" if figure.between else "", key)
+        Card(
+            title, str(figure), f"interval {figure.between}" if figure.between else "", key, "error"
+        )
         for title, key, figure in found
     ]
     if largest is not None:

@@ -38,6 +38,7 @@ from lostmotion.analyses.accuracy.tables.zone import (
 )
 from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.budget import costs
+from lostmotion.error_model.few_poses import RP
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -45,7 +46,7 @@ from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.error_samples import Summed
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.propagation.figures import HEADLINE, figures_of
-from lostmotion.reporting.arm_sheet import bounded_bars, bounded_figure_cards, bounded_sections
+from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.layout import row_at
@@ -130,7 +131,7 @@ def sheet(answer: Answer) -> Sheet:
             f"{several(len(poses), 'pose')}, seed {answer.seed}"
         ),
         verdict=_verdict(answer, known, overloaded),
-        cards=bounded_figure_cards(_cards(shown, answer), known),
+        cards=bounded_cards(_cards(shown, answer), known),
         sections=(
             *bounded_sections(shown, known, _BOUNDED),
             *servo_sections(answer),
@@ -381,6 +382,7 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
                 str(figure),
                 f"interval {figure.interval}" if figure.interval else "",
                 HEADLINE,
+                "error",
             )
         )
     return cards
@@ -398,6 +400,7 @@ def first_cards(found: Sequence[Section], figures: Iterable[Figure]) -> list[Car
             str(row.cells[0]),
             f"interval {row.cells[0].interval}" if row.cells[0].interval else row.note,
             each.key,
+            "repeatability" if each.weights == RP else "error",
         )
         for each, row in rows
         if row is not None and row.cells[0].value
