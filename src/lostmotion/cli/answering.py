@@ -43,7 +43,7 @@ def answer(function: Callable[..., Any], question: Question, typed: Mapping[str,
         if question.in_words is None or typed["json"]:
             say_json(data)
         else:
-            say(question.in_words(data))
+            say(_folded(question.in_words(data)))
         return
     from lostmotion.analyses.result import PartialResultError
     from lostmotion.io.flexibility_files import keep_flexibilities
@@ -88,6 +88,18 @@ def answer(function: Callable[..., Any], question: Question, typed: Mapping[str,
         if own or out is not None
     ]
     _show(results, written, common)
+
+
+def _folded(text: str) -> str:
+    """Return a text with its lines folded; indented ones are commands, to be copied whole."""
+    from lostmotion.reporting.bars_on_screen import wrapped
+
+    lines = text.splitlines()
+    return "\n".join(
+        part
+        for line in lines
+        for part in ([line] if line.startswith(" ") else wrapped(line, _LINE))
+    )
 
 
 def _refuse_conflicts(common: Mapping[str, Any]) -> None:
