@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _MOST_PARTS: Final = 3
 _MOST_EXTREMES: Final = 10
+# Figures with their intervals that fit beside the names of designs on paper.
+_MOST_FIGURES: Final = 3
 _RESOLUTION: Final = "quantiles by linear interpolation in bins at most 0.4 % wide"
 
 
@@ -38,7 +40,7 @@ def design_sections(
     """Return the tables of the chosen designs; those of differences for several designs alone."""
     several_designs = len(outcomes) > 1
     return [
-        _designs(order, outcomes, chosen, counted),
+        *_designs(order, outcomes, chosen, counted),
         _iso(order, chosen, counted),
         *(
             [_differences(order, chosen, counted), _masses(order, chosen)]
@@ -71,18 +73,10 @@ def _as_error(each: Outcome, estimate: Estimate, samples: str) -> Cell:
 
 def _designs(
     order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str
-) -> Section:
-    columns = {key: of for key, of in chosen[0].declared.items() if of.group == "error"}
-    rows = [
-        (
-            design_name(order.axes, each.design),
-            *(
-                _as_error(each, figure, counted)
-                for figure in (each.figures[key] for key in columns)
-            ),
-        )
-        for each in chosen
-    ]
+) -> list[Section]:
+    """Return the figures of the error, those that are asked for first in the first table."""
+    of_error = [each for each in chosen[0].declared.values() if each.group == "error"]
+    of_error.sort(key=lambda each: not each.first)
     keys = [
         axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all"
         for axis in order.axes
@@ -106,13 +100,26 @@ def _designs(
         if is_short
         else ""
     )
-    return table(
-        "designs",
-        "Position error",
-        tuple(of.name for of in columns.values()),
-        rows,
-        _RESOLUTION + swept + shortened + omitted,
-    )
+    note, out = _RESOLUTION + swept + shortened + omitted, []
+    for first in range(0, len(of_error), _MOST_FIGURES):
+        columns = of_error[first : first + _MOST_FIGURES]
+        rows = [
+            (
+                design_name(order.axes, each.design),
+                *(_as_error(each, each.figures[of.key], counted) for of in columns),
+            )
+            for each in chosen
+        ]
+        out.append(
+            table(
+                f"designs_{first // _MOST_FIGURES + 1}" if first else "designs",
+                "Position error, further figures" if first else "Position error",
+                tuple(of.name for of in columns),
+                rows,
+                "" if first else note,
+            )
+        )
+    return out
 
 
 def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
