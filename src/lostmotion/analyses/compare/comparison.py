@@ -237,7 +237,8 @@ def _part_changes(
                 part, one, other, alone, share_of_difference(of_sets, *totals) if moved else ZERO
             )
         )
-    return tuple(sorted(out, key=lambda each: -abs(each.share.value)))
+    # what is equal but for rounding stays in the order of the arms
+    return tuple(sorted(out, key=lambda each: -float(f"{abs(each.share.value):.9g}")))
 
 
 def _contributions(

@@ -147,14 +147,13 @@ def _better(result: Selection) -> str:
 
 
 def _cards(result: Selection) -> list[Card]:
-    error, before = (cell(each, "m") for each in (result.error, result.error_before))
     met = "" if result.meets_target else ", not met"
     target = f"target {length(result.target, stated=True)}{met}"
     of_error = result.study_size.of == "error"
     limited: Literal["error", "repeatability"] = "error" if of_error else "repeatability"
     cards = [
-        Card(result.quantity, str(error), target, limited_as=limited),
-        Card("as stated", str(before), result.quantity, limited_as=limited),
+        Card(result.quantity, str(cell(result.error, "m")), target, "", limited),
+        Card("as stated", str(cell(result.error_before, "m")), result.quantity, "", limited),
         Card("selected parts", str(_kg(result.mass)), f"as stated {_kg(result.mass_before)}"),
     ]
     if result.objective.has_price:
