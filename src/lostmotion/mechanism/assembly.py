@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.closed_position import ASSEMBLED, assemble
+from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
+from lostmotion.mechanism.closed_position import assemble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

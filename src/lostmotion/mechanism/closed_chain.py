@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
+from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED, NOT_ASSEMBLED, SINGULAR
 from lostmotion.mechanism.closed_position import (
-    ASSEMBLED,
     LIMITED,
     MOST_GAIN,
     NEAR_SINGULAR,
-    NOT_ASSEMBLED,
-    SINGULAR,
     assemble,
     balance,
     home_of,

@@ -8,7 +8,6 @@ Twists are about the tool point, in the base's axes. Lengths are divided by the 
 
 from __future__ import annotations
 
-import contextlib
 import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -16,6 +15,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import at_tool_point, carry
+from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
+from lostmotion.mechanism.closed_continuation_kernel import assemble as continue_from_home
+from lostmotion.mechanism.closed_kernel import LONGEST_STEP, MET, Chain
 from lostmotion.mechanism.frames import place_frames
 from lostmotion.spatial import cross, exp, rotation_vector
 
@@ -27,9 +29,6 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
 
-# A closure counts as met below this misfit, rad and as a share of the size of the chain; Newton's
-# last step is far below it.
-MET: Final = 1e-9
 # Singular values below this share of the largest one count as zero.
 RANK: Final = 1e-7
 # The same at home, near which a double root of Newton's method leaves the square root of `MET`.
@@ -38,14 +37,10 @@ _RANK_AT_HOME: Final = 2e-4
 _BESIDE: Final = 0.02
 # Trace of a rotation matrix just above that of half a turn.
 _HALF_A_TURN: Final = -1.0 + 1e-6
-# Met well enough for a pose on the way to another.
-_NEARLY_MET: Final = 1e-3
-_LONGEST_STEP: Final = 0.3
 # Longest step of the drives from pose to pose of a continuation, rad or as a share of the size.
 _STRIDE: Final = 0.5
-_MOST_STEPS, _MOST_AT_HOME, _MOST_AIMING = 6, 200, 30
-_SHORTEST: Final = 2.0**-7
-ASSEMBLED, NOT_ASSEMBLED, SINGULAR, LIMITED, NEAR_SINGULAR = range(5)
+_MOST_AT_HOME, _MOST_AIMING = 200, 30
+LIMITED, NEAR_SINGULAR = 3, 4
 # Poses at which errors of the drives move the tool this many times as far as at home are too near
 # a parallel singularity to be sampled: there is no finite mean square near it.
 MOST_GAIN: Final = 5.0
@@ -60,11 +55,16 @@ class Assembly:
              singularity), `LIMITED` (a passive joint is outside its limits) or `NEAR_SINGULAR`
              (assembled, with a gain above `MOST_GAIN`)
     joint    (pose,) index in `tree.passive` of the joint outside its limits; -1 elsewhere
+    motions  (pose, passive, 3, 4) motions of the passive joints
+    columns  (pose, 6, drive) twist of the tool about the tool point, in the base's axes, per motion
+             of each drive; rad, and lengths as shares of the size of the chain
     """
 
     frames: Floats
     problem: NDArray[np.int64]
     joint: NDArray[np.int64]
+    motions: Floats
+    columns: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def balance(tree: Tree) -> tuple[Floats, Floats]:
     joints become free of units.
     """
     rows = np.tile(twist_units(tree), len(tree.welds))
-    return rows, _motion_units(tree, [each.place for each in tree.passive])
+    return rows, motion_units(tree, [each.place for each in tree.passive])
 
 
 def twist_units(tree: Tree) -> Floats:
@@ -137,7 +137,7 @@ def twist_units(tree: Tree) -> Floats:
     return np.concatenate([np.ones(3), np.full(3, 1 / size(tree))])
 
 
-def _motion_units(tree: Tree, places: Sequence[int]) -> Floats:
+def motion_units(tree: Tree, places: Sequence[int]) -> Floats:
     """Return the motions (freedom,) of these places that count as one: a radian of those that turn,
     the size of the chain of those that slide.
     """
@@ -193,52 +193,31 @@ def moved_on(tree: Tree, motions: Floats, step: Floats) -> Floats:
     return out
 
 
-def _newton(
-    tree: Tree, q: Floats, motions: Floats, most: int, idle: int, met: Floats | float = MET
-) -> tuple[Floats, Floats, Floats]:
-    """Return motions, Jacobian and misfit (pose,) after Newton's steps from these motions, which
-    end where the misfit is below `met` (pose,).
+def _newton(tree: Tree, q: Floats, motions: Floats) -> tuple[Floats, Floats]:
+    """Return motions and Jacobian of one chain at each of few poses after Newton's steps from these
+    motions, of any rank.
     """
-    met = np.broadcast_to(met, len(q))
     rows, columns = balance(tree)
     motions = motions.copy()
     active = np.arange(len(q))
     jacobian = np.empty((len(q), len(rows), len(columns)))
-    misfit, last = np.full(len(q), np.inf), np.full(len(q), np.inf)
-    for _ in range(most + 1):
+    last = np.full(len(q), np.inf)
+    for _ in range(_MOST_AT_HOME + 1):
         at = _frames(tree, q[active], motions[:, active])
         away = misfits(tree, at).reshape(len(active), -1) * rows
         jacobian[active] = here = _jacobian(tree, at)
-        misfit[active] = now = np.abs(away).max(axis=1, initial=0.0)
+        now = np.abs(away).max(axis=1, initial=0.0)
         # one more step after the closures are met, which squares what is left
-        going = np.isfinite(now) & ~((now < met[active]) & (last[active] < met[active] ** 0.5))
+        going = np.isfinite(now) & ~((now < MET) & (last[active] < MET**0.5))
         going &= now > np.finfo(float).eps
         last[active] = now
         active, here, away = active[going], here[going], away[going]
         if not len(active) or not len(columns):
             break
-        step = -_least_squares(here, away, idle)
-        step /= np.maximum(np.abs(step).max(axis=1, keepdims=True) / _LONGEST_STEP, 1.0)
+        step = -(np.linalg.pinv(here, rcond=RANK) @ away[:, :, None])[..., 0]
+        step /= np.maximum(np.abs(step).max(axis=1, keepdims=True) / LONGEST_STEP, 1.0)
         motions[:, active] = moved_on(tree, motions[:, active], step * columns)
-    return motions, jacobian, misfit
-
-
-def _least_squares(matrix: Floats, right: Floats, idle: int) -> Floats:
-    """Return the smallest least-squares solution (pose, column) of matrix @ x = right."""
-    found = np.full((len(matrix), matrix.shape[2]), np.inf)
-    if not idle:
-        # Newton's steps correct what normal equations lose
-        square = matrix.shape[1] == matrix.shape[2]
-        turned = matrix.transpose(0, 2, 1)
-        left, sides = (
-            (matrix, right[..., None]) if square else (turned @ matrix, turned @ right[..., None])
-        )
-        with contextlib.suppress(np.linalg.LinAlgError):
-            found = np.linalg.solve(left, sides)[..., 0]
-    wild = ~(np.abs(found).max(axis=1, initial=0.0) < 1 / RANK)
-    if wild.any():
-        found[wild] = (np.linalg.pinv(matrix[wild], rcond=RANK) @ right[wild, :, None])[..., 0]
-    return np.asarray(found)
+    return motions, jacobian
 
 
 def _same_side(before: Floats, now: Floats, idle: int) -> NDArray[np.bool_]:
@@ -259,7 +238,7 @@ def home_of(tree: Tree) -> Home:
     q = np.array(tree.home)[None]
     start = _aimed(tree, q, np.array([each.start for each in tree.passive]).reshape(-1, 1, 4, 4))
     before = _jacobian(tree, _frames(tree, q, start))
-    motions, jacobian, _ = _newton(tree, q, start, _MOST_AT_HOME, 1)
+    motions, jacobian = _newton(tree, q, start)
     at = _frames(tree, q, motions)
     away = misfits(tree, at)[0]
     rank = rank_of(jacobian[0])
@@ -296,10 +275,10 @@ def rank_of(matrix: Floats) -> int:
 
 def nearby_rank(tree: Tree) -> int:
     """Return the largest rank of the closures' Jacobian beside home."""
-    home, reach = home_of(tree), _motion_units(tree, tree.moved)
+    home, reach = home_of(tree), motion_units(tree, tree.moved)
     sides = np.array([[1.0], [-1.0]]) * _BESIDE * np.linspace(1.0, 0.5, len(reach))
     beside, start = np.array(tree.home) + sides * reach, np.repeat(home.motions, 2, axis=1)
-    found = _newton(tree, beside, start, _MOST_AT_HOME, 1)[1]
+    found = _newton(tree, beside, start)[1]
     return max(rank_of(each) for each in found)
 
 
@@ -312,66 +291,97 @@ def tool_columns(tree: Tree, at: Floats) -> Floats:
     return np.asarray(np.concatenate(moved, axis=2) * twist_units(tree)[:, None] * columns)
 
 
+@functools.lru_cache(maxsize=32)
+def chain_of(tree: Tree) -> Chain:
+    """Return a closed chain as the kernels take it."""
+    places, passive = tree.places, tree.passive
+    by_joint = [places[each.place].twist.T for each in passive]
+    held = np.abs(signs(tree)).sum(axis=0)
+    of = np.repeat([each.place for each in passive], [len(each) for each in by_joint]).astype(int)
+    moved_by = np.full(len(places), -1)
+    moved_by[[each.place for each in passive]] = np.arange(len(passive))
+    twists = [np.zeros(6) if place.joint is None else place.twist[:, 0] for place in places]
+    return Chain(
+        np.array([place.parent for place in places]),
+        np.array([place.pose[:3] for place in places]),
+        np.array([-1 if place.joint is None else place.joint for place in places]),
+        moved_by,
+        np.array(twists),
+        np.concatenate([[0], np.cumsum([len(each) for each in by_joint])]).astype(int),
+        np.concatenate([*by_joint, np.zeros((0, 6))]),
+        of,
+        signs(tree),
+        np.array([weld.places for weld in tree.welds]),
+        np.array([weld.frames for weld in tree.welds])[:, :, :3].copy(),
+        np.isin(np.arange(len(places)), tree.tool_path),
+        np.argsort(held[of], kind="stable"),
+        balance(tree)[1],
+        np.array(tree.moved),
+        size(tree),
+        home_of(tree).idle,
+    )
+
+
 def assemble(tree: Tree, q: Floats) -> Assembly:
     """Return the closed chain at these values of the driven joints (pose, joint), rad or m."""
-    home, strides = home_of(tree), _STRIDE * _motion_units(tree, tree.moved)
-    count, start = len(q), np.array(tree.home)
-    most = np.abs((q - start) / strides).max(axis=1, initial=0.0)
-    longest = 1 / np.maximum(np.ceil(most), 1.0)
-    step, done = longest.copy(), np.zeros(count)
-    motions = np.repeat(home.motions, count, axis=1)
-    jacobian = np.repeat(home.jacobian, count, axis=0)
-    problem = np.full(count, ASSEMBLED)
-    active = np.arange(count)
-    while len(active):
-        reach = np.minimum(done[active] + step[active], 1.0)
-        here = start + reach[:, None] * (q[active] - start)
-        close = np.where(reach < 1.0, _NEARLY_MET, MET)
-        moved, columns, misfit = _newton(
-            tree, here, motions[:, active], _MOST_STEPS, home.idle, close
-        )
-        met = misfit < close
-        good = met & _same_side(jacobian[active], columns, home.idle)
-        ahead = active[good]
-        motions[:, ahead], jacobian[ahead], done[ahead] = moved[:, good], columns[good], reach[good]
-        step[ahead] = np.minimum(2 * step[ahead], longest[ahead])
-        step[active[~good]] /= 2
-        problem[active] = np.where(good, ASSEMBLED, np.where(met, SINGULAR, NOT_ASSEMBLED))
-        active = active[(reach < 1.0) | ~good]
-        active = active[step[active] >= _SHORTEST * longest[active]]
-    joint = np.full(count, -1)
-    for k in reversed(range(len(tree.passive))):
-        outside = _outside(tree, k, motions[k])
-        joint[outside] = k
-    at = _frames(tree, q, motions)
+    home, chain, drives = home_of(tree), chain_of(tree), motion_units(tree, tree.moved)
+    count = len(q)
+    at = np.empty((len(tree.places), 4, 4, count))
+    motions = np.empty((count, len(tree.passive), 3, 4))
+    columns, problem = np.empty((count, 6, len(drives))), np.empty(count, dtype=np.int64)
+    continue_from_home(
+        chain,
+        np.array(tree.home),
+        _STRIDE * drives,
+        np.ascontiguousarray(home.motions[:, 0, :3]),
+        np.ascontiguousarray(home.jacobian[0][:, chain.order]),
+        np.ascontiguousarray(q, dtype=float),
+        at,
+        motions,
+        columns,
+        problem,
+    )
+    joint = outside(tree, motions)
     problem[(problem == ASSEMBLED) & (joint >= 0)] = LIMITED
     near = problem == ASSEMBLED
-    near[near] = gain(tree, at[:, near], jacobian[near]) > MOST_GAIN * home_gain(tree)
+    near[near] = gain(columns[near] * drives) > MOST_GAIN * home_gain(tree)
     problem[near] = NEAR_SINGULAR
-    return Assembly(at, problem, joint)
+    return Assembly(at.transpose(0, 3, 1, 2), problem, joint, motions, columns)
 
 
 @functools.lru_cache(maxsize=32)
 def home_gain(tree: Tree) -> float:
     """Return the gain at home."""
-    home, q = home_of(tree), np.array(tree.home)[None]
-    return float(gain(tree, _frames(tree, q, home.motions), home.jacobian)[0])
-
-
-def gain(tree: Tree, at: Floats, jacobian: Floats) -> Floats:
-    """Return how far (pose,) the tool moves per unit error of the drives, the largest over all
-    combinations; rad, and lengths as shares of the size of the chain.
-
-    jacobian  (pose, equation, freedom) of the closures, balanced
-    """
-    drives, units = list(tree.moved), _motion_units(tree, tree.moved)
+    home, at = home_of(tree), _frames(tree, np.array(tree.home)[None], home_of(tree).motions)
+    drives, units = list(tree.moved), motion_units(tree, tree.moved)
     rows, _ = balance(tree)
     driven = loop_columns(tree, at, drives) * rows[:, None] * units
     tool = np.concatenate([carry(tree, at, k) @ tree.places[k].twist for k in drives], axis=2)
     tool = tool * twist_units(tree)[:, None] * units
     if tree.passive:
-        tool = tool - tool_columns(tree, at) @ (np.linalg.pinv(jacobian, rcond=RANK) @ driven)
-    return np.asarray(np.linalg.norm(tool, ord=2, axis=(1, 2)))
+        pinv = np.linalg.pinv(home.jacobian, rcond=RANK)
+        tool = tool - tool_columns(tree, at) @ (pinv @ driven)
+    return float(gain(tool)[0])
+
+
+def gain(columns: Floats) -> Floats:
+    """Return how far (pose,) the tool moves per unit error of the drives, the largest over all
+    combinations; rad, and lengths as shares of the size of the chain.
+
+    columns  (pose, 6, drive) twist of the tool per unit motion of each drive, free of units
+    """
+    return np.asarray(np.linalg.norm(columns, ord=2, axis=(1, 2)))
+
+
+def outside(tree: Tree, motions: Floats) -> NDArray[np.int64]:
+    """Return the first passive joint outside its limits or its cone (pose,); -1 for none.
+
+    motions  (pose, passive, 3, 4)
+    """
+    joint = np.full(len(motions), -1)
+    for k in reversed(range(len(tree.passive))):
+        joint[_outside(tree, k, motions[:, k])] = k
+    return joint
 
 
 def _outside(tree: Tree, passive: int, motion: Floats) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.closed_chain import refuse_closed
+from lostmotion.mechanism.closed_inverse import solved, tool_and_columns
 from lostmotion.mechanism.inverse_kernel import write_tool_and_jacobian
 from lostmotion.mechanism.state import as_poses
 
@@ -20,6 +20,8 @@ REACHED: Final = 1e-9
 # Longest step of a turning joint, rad; for a sliding joint, as a share of the arm's size.
 _LONGEST_STEP: Final = 0.4
 _DAMPING: Final = 1e-4
+# The same of plain steps, as a share of the trace: against singular poses alone.
+_LEAST_DAMPING: Final = 1e-9
 # A joint within this distance (rad or m) of a limit counts as at the limit.
 _AT_LIMIT: Final = 1e-9
 
@@ -30,11 +32,13 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
 
     The pose equals the last of `State.frames` to rounding. The Jacobian is the twist of the tool
     about the tool point, in the base's axes, per motion of each joint: rad or m per rad or m.
-    Raises ValueError for q of another shape or not finite.
+    Of a closed chain, the passive joints follow the drives. Raises ValueError for q of another
+    shape or not finite.
     Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
-    refuse_closed(arm.tree, "inverse kinematics", "poses as values of the drives")
     values = as_poses(arm, q)
+    if arm.closures:
+        return tool_and_columns(arm.tree, values)
     fixed, step = [], np.eye(4)
     for place in (arm.tree.places[number] for number in arm.tree.tool_path[1:]):
         if place.joint is None:
@@ -92,12 +96,14 @@ def inverse_kinematics(
     A pose is reached if its error is below `REACHED` within the joint limits. A pose that is not
     reached from one start may be reached from another. A joint at its limit does not move beyond it
     (clamping of P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402). Joints on a branch keep
-    their values. Raises ValueError for a start of another shape or not finite.
+    their values. A closed chain stays in the assembly mode of its home. Raises ValueError for a
+    start of another shape or not finite.
     """
-    refuse_closed(arm.tree, "inverse kinematics", "poses as values of the drives")
     low, high = arm.limits.T
     q = np.clip(as_poses(arm, start), low, high)
     rows = slice(0, 6) if with_orientation else slice(3, 6)
+    if arm.closures:
+        return solved(arm.tree, arm.limits, wanted, q, np.arange(6)[rows], REACHED, steps)
     done = np.zeros(len(q), bool)
     size = max(float(np.abs(wanted[:, :3, 3]).max(initial=0.0)), 0.1)
     weight = np.r_[np.full(3, size), np.ones(3)][rows]
@@ -128,6 +134,28 @@ def inverse_kinematics(
         move /= np.maximum(np.abs(move).max(axis=1, keepdims=True), 1.0)
         q[active] = np.clip(here + move * longest, low, high)
     return q, done
+
+
+def stepped_towards(arm: Arm, q: Floats, points: Floats, steps: int) -> Floats:
+    """Return joint values (pose, joint) after plain Newton steps from q towards points (pose, 3),
+    m, with least motion as a share of the joint ranges, within the limits; of a closed chain, after
+    the damped ones that keep it assembled, from where they do not arrive the values q.
+    """
+    low, high = arm.limits.T
+    if arm.closures:
+        wanted = np.tile(np.eye(4), (len(q), 1, 1))
+        wanted[:, :3, 3] = points
+        return inverse_kinematics(arm, wanted, q, with_orientation=False, steps=steps)[0]
+    for _ in range(steps):
+        at, levers = tool_and_jacobian(arm, q)
+        push = levers[:, 3:] * (high - low)
+        square = push @ np.swapaxes(push, 1, 2)
+        square += (_LEAST_DAMPING * np.einsum("pii->p", square) + np.finfo(float).tiny)[
+            :, None, None
+        ] * np.eye(3)
+        move = np.linalg.solve(square, (points - at[:, :3, 3])[..., None])
+        q = np.clip(q + (np.swapaxes(push, 1, 2) @ move)[..., 0] * (high - low), low, high)
+    return q
 
 
 def _step(jacobian: Floats, error: Floats, size: float) -> Floats:

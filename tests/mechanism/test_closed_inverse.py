@@ -1,0 +1,143 @@
+"""Inverse kinematics of closed chains against closed forms: two circles, three spheres, distances."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lostmotion.mechanism.closed_inverse import solved
+from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
+from lostmotion.mechanism.state import state_of
+from lostmotion.spatial import pose_of
+from tests.mechanism.closed_chains import delta, five_bar, hexapod, hexapod_legs, three_rrr
+
+POINTS = 40
+
+
+def poses(points: np.ndarray, turn: np.ndarray | None = None) -> np.ndarray:
+    """Return poses (point, 4, 4) at points."""
+    out = np.tile(np.eye(4), (len(points), 1, 1))
+    out[:, :3, 3] = points
+    if turn is not None:
+        out[:, :3, :3] = turn
+    return out
+
+
+def crank(centre: np.ndarray, tool: np.ndarray, arm: float, rod: float, side: int) -> float:
+    """Return the angle of a crank whose rod ends at the tool: the law of cosines."""
+    x, y = tool - centre
+    reach = math.hypot(x, y)
+    inner = math.acos((reach**2 + arm**2 - rod**2) / (2 * reach * arm))
+    return math.atan2(y, x) + side * inner
+
+
+def test_the_drives_of_a_five_bar_are_those_of_two_circles():
+    """Both cranks of a five-bar stand as the law of cosines has it, elbows outward."""
+    arm, rng = five_bar(), np.random.default_rng(1)
+    tools = np.column_stack([rng.uniform(0.0, 0.2, POINTS), rng.uniform(0.3, 0.5, POINTS)])
+    expected = [
+        (
+            crank(np.zeros(2), each, 0.25, 0.4, 1),
+            crank(np.array([0.2, 0]), each, 0.25, 0.4, -1),
+        )
+        for each in tools
+    ]
+    wanted = poses(np.column_stack([tools, np.zeros(POINTS)]))
+    q, reached = inverse_kinematics(
+        arm, wanted, np.tile(arm.home, (POINTS, 1)), with_orientation=False
+    )
+    assert reached.all()
+    np.testing.assert_allclose(q, expected, atol=1e-7)
+
+
+def test_the_drives_of_a_delta_are_those_of_three_spheres():
+    """Every arm of a delta ends on a sphere of its rod: A sin q + B cos q = C in closed form."""
+    arm, rng = delta(), np.random.default_rng(2)
+    tools = np.column_stack([rng.uniform(-0.1, 0.1, (POINTS, 2)), rng.uniform(-0.5, -0.38, POINTS)])
+    expected = np.empty((POINTS, 3))
+    for k in range(3):
+        yaw = math.radians(120 * k)
+        along = tools[:, 0] * math.cos(yaw) + tools[:, 1] * math.sin(yaw) + 0.06 - 0.2
+        aside = -tools[:, 0] * math.sin(yaw) + tools[:, 1] * math.cos(yaw)
+        # (along - 0.2 cos q)^2 + aside^2 + (z + 0.2 sin q)^2 = 0.48^2
+        a, b = 0.4 * tools[:, 2], -0.4 * along
+        c = 0.48**2 - 0.2**2 - along**2 - aside**2 - tools[:, 2] ** 2
+        expected[:, k] = np.arctan2(a, b) + np.arccos(c / np.hypot(a, b))
+    expected = (expected + np.pi) % (2 * np.pi) - np.pi
+    q, reached = inverse_kinematics(
+        arm, poses(tools), np.tile(arm.home, (POINTS, 1)), with_orientation=False
+    )
+    assert reached.all()
+    np.testing.assert_allclose(q, expected, atol=1e-7)
+
+
+def test_the_legs_of_a_hexapod_are_six_distances():
+    """Six legs reach a pose of the platform with its orientation."""
+    arm, rng = hexapod(), np.random.default_rng(3)
+    at = np.column_stack([rng.uniform(-0.04, 0.04, (POINTS, 2)), rng.uniform(0.47, 0.53, POINTS)])
+    tilts = rng.uniform(-0.15, 0.15, POINTS)
+    turns = np.array([pose_of(rpy=(tilt, 0, 0))[:3, :3] for tilt in tilts])
+    expected = [hexapod_legs(tuple(a), tilt) for a, tilt in zip(at, tilts, strict=True)]
+    q, reached = inverse_kinematics(
+        arm, poses(at, turns), np.tile(arm.home, (POINTS, 1)), with_orientation=True
+    )
+    assert reached.all()
+    np.testing.assert_allclose(q, expected, atol=1e-8)
+
+
+def test_a_planar_stage_reaches_the_components_that_it_controls():
+    """A 3-RRR stage reaches x, y and its turn; the elbows are on the side of its home."""
+    arm, rng = three_rrr(), np.random.default_rng(4)
+    at = np.column_stack([rng.uniform(-0.05, 0.1, (POINTS, 2)), rng.uniform(0.0, 0.3, POINTS)])
+    wanted = poses(
+        np.column_stack([at[:, :2], np.zeros(POINTS)]),
+        np.array([pose_of(rpy=(0, 0, turn))[:3, :3] for turn in at[:, 2]]),
+    )
+    expected = np.empty((POINTS, 3))
+    for k, about in enumerate(np.radians((90, 210, 330))):
+        corner = at[:, :2] + 0.15 * np.column_stack(
+            [np.cos(about + at[:, 2]), np.sin(about + at[:, 2])]
+        )
+        motor = 0.5 * np.array([math.cos(about), math.sin(about)])
+        expected[:, k] = [crank(motor, each, 0.4, 0.4, 1) for each in corner]
+    rows = np.array([2, 3, 4])
+    start = np.tile(arm.home, (POINTS, 1))
+    q, reached = solved(arm.tree, arm.limits, wanted, start, rows, 1e-9, 40)
+    assert reached.all()
+    away = (q - expected + np.pi) % (2 * np.pi) - np.pi
+    np.testing.assert_allclose(away, 0.0, atol=1e-7)
+
+
+def test_what_a_closed_chain_cannot_reach_is_not_returned_as_reached():
+    """A point beyond the legs, one beyond a limit of a drive and one beyond a singularity are not
+    reached, and the values returned are assembled.
+    """
+    arm = five_bar()
+    tools = np.array([(0.1, 0.9, 0), (0.1, -0.4, 0), (0.1, 0.4, 0)])
+    q, reached = inverse_kinematics(
+        arm, poses(tools), np.tile(arm.home, (3, 1)), with_orientation=False
+    )
+    np.testing.assert_array_equal(reached, (False, False, True))
+    assert np.isfinite(state_of(arm, q).frames).all()
+    assert ((q >= arm.limits[:, 0]) & (q <= arm.limits[:, 1])).all()
+
+
+@pytest.mark.parametrize("make", [five_bar, delta, hexapod, three_rrr])
+def test_the_jacobian_of_a_closed_chain_is_the_difference_of_its_tool(make):
+    """The twist of the tool per motion of a drive equals a central difference of assembled poses."""
+    arm = make()
+    q, step = arm.home[None], 1e-5
+    at, columns = tool_and_jacobian(arm, q)
+    np.testing.assert_allclose(at, state_of(arm, q).frames[-1], atol=1e-14)
+    for d in range(len(arm.driven)):
+        side = np.eye(len(arm.driven))[d] * step
+        ends = state_of(arm, np.concatenate([q - side, q + side])).frames[-1]
+        shift = (ends[1, :3, 3] - ends[0, :3, 3]) / (2 * step)
+        turned = ends[1, :3, :3] @ ends[0, :3, :3].T
+        turned = (turned - turned.T) / (4 * step)
+        np.testing.assert_allclose(columns[0, 3:, d], shift, atol=1e-7)
+        np.testing.assert_allclose(
+            columns[0, :3, d], (turned[2, 1], turned[0, 2], turned[1, 0]), atol=1e-7
+        )
