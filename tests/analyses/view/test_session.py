@@ -118,3 +118,21 @@ def test_waiting_ends_when_something_is_to_be_done(session):
     session.wait(0.01)
     session.move(np.ones(6))
     session.wait(60)
+
+
+def test_a_closed_chain_moves_where_it_is_assembled():
+    """A carriage of a delta moves its platform and its figures; a pose that its rods do not reach
+    is refused with the reason, and the next one is computed.
+    """
+    arm = lostmotion.read(EXAMPLES / "closed-chains" / "delta-printer.toml")
+    session = Session(arm, sample_poses(arm, 16), arm.home)
+    assert isinstance(session.step(), Figures)
+    complete(session)
+    session.move(np.full(3, 0.29))
+    np.testing.assert_allclose(session.step().at[-1, :2, 3], 0, atol=1e-9)
+    session.move(np.array([0.37, 0.23, 0.37]))
+    refused = session.step()
+    assert isinstance(refused, Refused)
+    assert "rod is outside its limits" in refused.reason
+    session.move(np.full(3, 0.31))
+    assert isinstance(session.step(), Figures)

@@ -70,9 +70,6 @@ def view(
         raise LostmotionError(
             "the live view needs viser, which is not installed: pip install 'lostmotion[view]'"
         )
-    from lostmotion.mechanism.closed_chain import refuse_closed
-
-    refuse_closed(asked.arm.tree, "the live view", "the arm in the report of `lostmotion study`")
     import webbrowser
 
     import numpy as np

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 
 from lostmotion.error_model.poses import REPLICATES, sample_poses
-from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
+from lostmotion.mechanism.inverse import inverse_kinematics, stepped_towards
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ _SAME: Final = 0.02
 _STEPS: Final = 12
 _NEXT: Final = 6
 TOLERANCE: Final = 1e-3
-_DAMPING: Final = 1e-9
 BATCH: Final = 2048
 
 
@@ -144,23 +143,6 @@ def interleaved_poses(arm: Arm, poses: int, seed: int) -> tuple[Floats, np.ndarr
     return q, np.tile(np.arange(REPLICATES), each)
 
 
-def newton_steps(arm: Arm, q: Floats, goal: Floats, steps: int) -> Floats:
-    """Return joint values after plain Newton steps towards points (pose, 3), with least motion as a
-    share of the joint ranges, within the limits.
-    """
-    low, high = arm.limits.T
-    for _ in range(steps):
-        at, levers = tool_and_jacobian(arm, q)
-        push = levers[:, 3:] * (high - low)
-        square = push @ np.swapaxes(push, 1, 2)
-        square += (_DAMPING * np.einsum("pii->p", square) + np.finfo(float).tiny)[
-            :, None, None
-        ] * np.eye(3)
-        move = np.linalg.solve(square, (goal - at[:, :3, 3])[..., None])
-        q = np.clip(q + (np.swapaxes(push, 1, 2) @ move)[..., 0] * (high - low), low, high)
-    return q
-
-
 def from_nearest_poses(
     arm: Arm,
     found: CellPoses,
@@ -201,7 +183,7 @@ def newton_to(
     """
     q = np.empty_like(start)
     for here, moved in batches(
-        pool, len(start), lambda here: newton_steps(arm, start[here], wanted[here], _NEXT)
+        pool, len(start), lambda here: stepped_towards(arm, start[here], wanted[here], _NEXT)
     ):
         q[here] = moved
     return q, np.asarray((np.abs(tool_points(arm, q) - wanted) < TOLERANCE * edge).all(axis=1))

@@ -19,11 +19,11 @@ from lostmotion.analyses.workspace_map.configurations import (
     distinct_configurations,
     from_nearest_poses,
     interleaved_poses,
-    newton_steps,
     newton_to,
     spread_starts,
 )
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.inverse import stepped_towards
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def _move_to_centres(arm: Arm, found: CellPoses, pool: ThreadPoolExecutor) -> Ce
     goal = found.grid.centres(found.cell)
     q = np.empty_like(found.q)
     for here, moved in batches(
-        pool, len(q), lambda here: newton_steps(arm, found.q[here], goal[here], _WITHIN)
+        pool, len(q), lambda here: stepped_towards(arm, found.q[here], goal[here], _WITHIN)
     ):
         q[here] = moved
     on = CellPoses(
