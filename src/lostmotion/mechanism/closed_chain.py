@@ -11,20 +11,14 @@ import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED, NOT_ASSEMBLED, SINGULAR
+from lostmotion.mechanism.closed_home import home_of, nearby_rank, rank_of
+from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, size, tool_columns
 from lostmotion.mechanism.closed_position import (
     LIMITED,
     MOST_GAIN,
     NEAR_SINGULAR,
     assemble,
-    balance,
-    home_of,
     joint_value,
-    loop_columns,
-    nearby_rank,
-    rank_of,
-    signs,
-    size,
-    tool_columns,
 )
 from lostmotion.mechanism.closed_statics import settled_loops
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import at_tool_point
-from lostmotion.mechanism.closed_position import balance, misfits, moved_on, signs
+from lostmotion.mechanism.closed_jacobian import balance, misfits, moved_on, signs
 from lostmotion.spatial import exp, inverse
 
 if TYPE_CHECKING:

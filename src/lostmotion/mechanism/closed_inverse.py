@@ -9,16 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
+from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.closed_inverse_kernel import reach
-from lostmotion.mechanism.closed_position import (
-    NEAR_SINGULAR,
-    assemble,
-    chain_of,
-    home_of,
-    motion_units,
-    size,
-    twist_units,
-)
+from lostmotion.mechanism.closed_jacobian import motion_units, size, twist_units
+from lostmotion.mechanism.closed_position import NEAR_SINGULAR, assemble, chain_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree

@@ -22,7 +22,7 @@ _IDLE = 1e-10
 _SMALL_ANGLE, _NEAR_HALF_A_TURN, _ROUNDING = 1e-4, -0.9, 1e-15
 
 
-class Chain(NamedTuple):
+class ChainArrays(NamedTuple):
     """A closed chain in arrays.
 
     parent, pose, drive, passive  of each place: index of its parent, fixed frame (place, 3, 4), and

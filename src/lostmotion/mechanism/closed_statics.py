@@ -25,7 +25,7 @@ import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.mechanism.carry import at_tool_point, carry
-from lostmotion.mechanism.closed_position import balance, loop_columns, signs, twist_units
+from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, twist_units
 from lostmotion.spatial import mapped
 
 if TYPE_CHECKING:

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from lostmotion.mechanism.closed_position import home_of, rank_of, signs
+from lostmotion.mechanism.closed_home import home_of, rank_of
+from lostmotion.mechanism.closed_jacobian import signs
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
