@@ -47,6 +47,14 @@ def test_each_template_is_an_arm_with_an_accuracy_and_no_overloaded_drive(templa
     assert study.sheet.warnings == ()
 
 
+def test_the_name_of_a_file_is_the_name_of_its_arm():
+    """Whoever types the ending gets the file of this name, not one with two endings."""
+    for named in ("mine", "mine.toml"):
+        found = lostmotion.new(named, template="scara")
+        assert str(found.path) == "mine.toml"
+        assert 'name = "mine"' in found.text
+
+
 def test_the_hobby_arm_needs_about_ten_lines():
     """Presets fill in the rest."""
     assert len(lostmotion.new(template="hobby").text.splitlines()) <= 11

@@ -168,14 +168,14 @@ def new(
         )
     from lostmotion.io.arm_templates import template_text
 
-    kinds = get_args(Template)
+    kinds, name = get_args(Template), (asked.name or "").removesuffix(".toml")
     if asked.templates:
         return New("", None, kinds)
     if asked.urdf is not None:
         from lostmotion.io.first_sidecar import first_sidecar
         from lostmotion.io.sidecar import sidecar_place
 
-        target = sidecar_place(asked.urdf) if asked.name is None else Path(f"{asked.name}.toml")
+        target = Path(f"{name}.toml") if name else sidecar_place(asked.urdf)
         return New(
             first_sidecar(asked.urdf, asked.tip),
             asked.out or target,
@@ -183,10 +183,9 @@ def new(
             asked.urdf,
             force=asked.force,
         )
-    stem = asked.name or asked.template
     return New(
-        template_text(asked.template, asked.name or ""),
-        asked.out or Path(f"{stem}.toml"),
+        template_text(asked.template, name),
+        asked.out or Path(f"{name or asked.template}.toml"),
         kinds,
         force=asked.force,
     )
