@@ -23,7 +23,7 @@ from lostmotion.io.mjcf_xml import self_contained
 from lostmotion.io.own_process import ask
 from lostmotion.io.sidecar import limits_in_sidecar
 from lostmotion.io.text import refuse
-from lostmotion.io.urdf_tree import MOST_ELEMENTS, UrdfJoint, UrdfLink, UrdfTree, is_name
+from lostmotion.io.urdf_tree import MOST_ELEMENTS, UrdfJoint, UrdfLink, UrdfLoop, UrdfTree, is_name
 from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ _MATRICES: Final = (
     "qpos0",
     "site_pos",
     "site_quat",
+    "eq_data",
 )
 
 
@@ -77,7 +78,10 @@ def read_tree(path: Path, text: str, root: Path) -> UrdfTree:
         root="/mujoco",
         hinge='<joint name="j1" type="hinge">',
     )
-    return _Builder(tree, compiled, model.lines).build()
+    built = _Builder(tree, compiled, model.lines).build()
+    for joint in built.joints.values():
+        joint.driven = joint.name in model.driven
+    return built
 
 
 def self_contained_text(path: Path, text: str, root: Path) -> str:
@@ -292,8 +296,8 @@ class _Builder:
         )
 
     def _couple(self) -> None:
-        """Mark the joints that equality constraints couple; `find_chain` refuses those on the chain
-        by name.
+        """Mark the joints that equality constraints couple, which `find_chain` refuses by name on
+        the chain, and add the loops that such constraints close.
         """
         model = self.model
         if len(model["eq_type"]) > MOST_ELEMENTS:  # each closes a loop through all joints
@@ -324,18 +328,30 @@ class _Builder:
                         "moves (mocap)"
                     )
                     continue
-                self._close(ends, title)
+                self._close(k, ends)
 
-    def _close(self, ends: list[int], title: str) -> None:
-        """Mark every joint of the loop that a constraint between two bodies closes."""
-        one, other = (set(self._way(end)) for end in ends)
-        for joint, owner in enumerate(self.model["jnt_bodyid"]):
-            if owner in one ^ other:
-                self.tree.joints[self.joints[joint]].leader = " and ".join(
-                    self.bodies[end] for end in ends
-                )
-                self.tree.joints[self.joints[joint]].coupling = f"{title} closes a loop"
-                self.tree.joints[self.joints[joint]].in_loop = True
+    def _close(self, k: int, ends: list[int]) -> None:
+        """Add the loop that a constraint between two bodies closes."""
+        model, kind, data = self.model, self.model["eq_type"][k], self.model["eq_data"][k]
+        if model["eq_objtype"][k] != "body":
+            sites = (model["eq_obj1id"][k], model["eq_obj2id"][k])
+            frames = [_pose(model["site_pos"][at], model["site_quat"][at]) for at in sites]
+        elif kind == "connect":
+            frames = [_pose(data[:3]), _pose(data[3:6])]
+        else:
+            frames = [_pose(data[3:6], data[6:10]), _pose(data[:3])]
+        one, other = (
+            _pose(-self.anchors[body]) @ frame for body, frame in zip(ends, frames, strict=True)
+        )
+        links = (self.carriers[ends[0]], self.carriers[ends[1]])
+        around = set(self._way(ends[0])) ^ set(self._way(ends[1]))
+        for joint, owner in enumerate(model["jnt_bodyid"]):
+            self.tree.joints[self.joints[joint]].in_loop |= owner in around
+        # a weld whose rotation has no weight holds a point
+        turns = kind == "connect" or not data[10]
+        name = model["equality"][k]
+        name = name if name and is_name(name) else "loop"
+        self.tree.loops.append(UrdfLoop(name, links, (one, other), turns))
 
     def _way(self, body: int) -> list[int]:
         """Return a body and all that carry it, up to the world."""

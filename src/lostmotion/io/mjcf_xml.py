@@ -62,6 +62,7 @@ class Model:
     meshes  the file of each, by its name in the XML
     notes   what was omitted
     lines   of the joints in the file itself, by name
+    driven  names of the joints that an actuator moves
     """
 
     name: str
@@ -69,6 +70,7 @@ class Model:
     meshes: dict[str, Path]
     notes: list[str]
     lines: dict[str, int]
+    driven: frozenset[str]
 
 
 def self_contained(path: Path, text: str, folder: Path) -> Model:
@@ -92,6 +94,12 @@ def self_contained(path: Path, text: str, folder: Path) -> Model:
         for each in root.iterchildren("compiler")
         for key, value in each.attrib.items()
     }
+    driven = frozenset(
+        each.get(key, "")
+        for section in root.iterchildren("actuator")
+        for each in section
+        for key in ("joint", "jointinparent")
+    )
     notes = [*_reduce(root, str(path)), *_of_gravity(gravity)]
     if compiler.get("inertiafromgeom") != "true":
         _drop_shapes(root)
@@ -110,7 +118,12 @@ def self_contained(path: Path, text: str, folder: Path) -> Model:
                 '<mesh file="link.stl"/>',
             )
     return Model(
-        root.get("model", ""), etree.tostring(root, encoding="unicode"), meshes, notes, lines
+        root.get("model", ""),
+        etree.tostring(root, encoding="unicode"),
+        meshes,
+        notes,
+        lines,
+        driven,
     )
 
 

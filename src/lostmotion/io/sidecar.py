@@ -43,6 +43,8 @@ _OF_JOINT: Final = {
     "lumped": 'lumped = { angle = "0.5 arcmin" }',
     "link": 'link = { section = "tube", material = "aluminium" }',
     "limits": 'limits = ["-90 deg", "90 deg"]',
+    "passive": "passive = true",
+    "start": 'start = "30 deg"',
     "assumed": 'assumed = ["gearbox"]',
     "source": 'source = "maker\'s data sheet, 2024"',
 }

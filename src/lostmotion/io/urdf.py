@@ -21,7 +21,7 @@ from lostmotion.io import mjcf
 from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.draft import Draft
-from lostmotion.io.limits import cut, listed
+from lostmotion.io.limits import cut, listed, refuse_all
 from lostmotion.io.project_root import take_root
 from lostmotion.io.repairs import note_repairs, take_limits
 from lostmotion.io.sidecar import add_sidecar, find_sidecar, sidecar_place
@@ -31,6 +31,7 @@ from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
 from lostmotion.io.urdf_checks import with_warnings
 from lostmotion.io.urdf_elements import read_tree
+from lostmotion.io.urdf_loops import LoopsOfTree
 from lostmotion.io.urdf_xml import root_of
 from lostmotion.io.xacro_file import ENDING as XACRO
 from lostmotion.io.xacro_file import expand, has_macros, take_arguments
@@ -39,7 +40,7 @@ from lostmotion.parts.link import Frame
 from lostmotion.spatial import pose_of, shift, turn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     from pydantic import BaseModel
@@ -77,11 +78,16 @@ def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
     take_limits(tree, content)
     chain = find_chain(tree, content, str(sidecar or path), sidecar_place(path).name)
     _stand_as_in_the_file(tree, chain, content)
-    draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
+    loops = LoopsOfTree(tree, chain, content)
+    if loops.mistakes:
+        refuse_all(loops.mistakes)
+    made = _arm_tree(tree, chain, path.stem, loops)
+    loops.add_to(made["joints"], content)
+    draft = Draft(str(sidecar or path), made, _ALSO)
     draft.written.update(
         {
-            ("joints", index): f"joints.{key_step(joint.name)}"
-            for index, joint in enumerate(chain.joints)
+            ("joints", index): f"joints.{key_step(entry['name'])}"
+            for index, entry in enumerate(made["joints"])
         }
     )
     note_repairs(draft, content, tree)
@@ -178,34 +184,43 @@ def urdf_text(path: Path, sidecar: Path | None = None) -> tuple[str | None, Path
     ), root
 
 
-def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
+def _arm_tree(tree: UrdfTree, chain: Chain, name: str, loops: LoopsOfTree) -> dict[str, Any]:
     """Return the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
     notes = [*chain.notes, *tree.notes]
     joints = []
-    weighs = any(tree.links[joint.child].mass for joint in chain.joints)
-    for index, joint in enumerate(chain.joints):
-        after = chain.joints[index + 1] if index + 1 < len(chain.joints) else None
+    rows = [chain.joints, *loops.branches]
+    own = {joint.name for row in rows for joint in row}
+    weighs = any(tree.links[joint.child].mass for row in rows for joint in row)
+    for joint, before, after in _in_rows(rows):
         link: dict[str, Any] = {"tip": Frame(xyz=after.xyz) if after else Frame()}
-        mass, centre, held = _carried(tree, joint.child, after)
+        mass, centre, held = _carried(tree, joint.child, own)
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
         notes += _notes_of_fixed_joints(
-            tree, joint.child, held, {each.name for each in chain.joints if each.moves}
+            tree, joint.child, held, {each.name for row in rows for each in row if each.moves}
         )
         entry: dict[str, Any] = {
             "name": joint.name,
-            "origin": _origin(joint, first=index == 0),
+            "origin": _origin(joint, first=before is None),
             "link": link,
         }
         if weighs:
             entry["mass"] = "0 kg"  # a URDF's inertials weigh whole bodies, drives included
-        joints.append(entry | _motion(joint))
-        if joint.type == "continuous":
+        joints.append(entry | loops.attached(joint, before) | _motion(joint) | loops.moved(joint))
+        if joint.type == "continuous" and joint.name not in loops.passive:
             notes.append(
                 f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees"
             )
     notes = [cut(note, LONGEST_NOTE) for note in notes][:MOST_NOTES]
     return {"name": cut(tree.name or name, LONGEST_NAME) or "arm", "joints": joints, "notes": notes}
+
+
+def _in_rows(
+    rows: list[list[UrdfJoint]],
+) -> Iterator[tuple[UrdfJoint, UrdfJoint | None, UrdfJoint | None]]:
+    """Yield each joint with those before and after it in its row."""
+    for row in rows:
+        yield from zip(row, [None, *row[:-1]], [*row[1:], None], strict=True)
 
 
 def _origin(joint: UrdfJoint, *, first: bool) -> Frame:
@@ -227,6 +242,8 @@ def _origin(joint: UrdfJoint, *, first: bool) -> Frame:
 
 
 def _motion(joint: UrdfJoint) -> dict[str, Any]:
+    if joint.type == "ball":
+        return {"type": "spherical"}
     if not joint.moves:
         return {"type": "fixed"}
     low, high = (-math.pi, math.pi) if joint.type == "continuous" else joint.limits
@@ -260,10 +277,10 @@ def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, content: dict[str, Any])
 
 
 def _carried(
-    tree: UrdfTree, link: str, after: UrdfJoint | None
+    tree: UrdfTree, link: str, own: set[str]
 ) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
-    """Return mass (kg) and centre (m, link's frame) of a link with everything beside the chain that
-    it carries, and the joints held at zero.
+    """Return mass (kg) and centre (m, link's frame) of a link with everything that it carries
+    beside the arm's own joints, and the joints held at zero.
     """
     mass, moment = 0.0, [0.0, 0.0, 0.0]
     held = []
@@ -275,7 +292,7 @@ def _carried(
         mass += body.mass
         moment = [m + body.mass * float(c) for m, c in zip(moment, centre, strict=True)]
         for joint in tree.children(name):
-            if joint is not after:
+            if joint.name not in own:
                 waiting.append((joint.child, pose @ pose_of(joint.xyz, joint.rpy)))
                 if joint.type != "fixed":
                     held.append(joint)

@@ -240,14 +240,11 @@ def _coupled(
         f"joint '{joint.name}' follows '{joint.leader}' ({joint.coupling}): a linkage on the way "
         "to the tool"
     )
-    # a constraint between two bodies is a mechanism, and MJCF alone has it
-    how = (
-        "state its passive joints and [[closures]] in TOML"
-        if joint.in_loop
-        else "that states a ratio, not a mechanism, whose pins and rods have errors: state a "
-        "four-bar in TOML, its pins as passive joints and its rod by [[closures]]"
+    # a constraint between two bodies, which MJCF has, is a loop and does not lead here
+    expected = (
+        "joints with drives of their own: that states a ratio, not a mechanism, whose pins and "
+        "rods have errors; state a four-bar by its pins as passive joints, and [[closures]]"
     )
-    expected = f"joints with drives of their own; {how}"
     before = joint.parent if moved and _reads(tree, base, joint.parent) else ""
     if before:
         expected += f"; a tip before it, {before}, would do"

@@ -173,7 +173,7 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_LinkPlace]:
                     way=(*spot.way, joint.name),
                     fixed=0,
                     aside=aside,
-                    coupled=spot.coupled or bool(joint.leader),
+                    coupled=spot.coupled or bool(joint.leader) or joint.in_loop,
                 )
             waiting.append(beyond)
 

@@ -8,10 +8,13 @@ beside the chain it is held at zero.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
 
 Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
@@ -41,6 +44,18 @@ class UrdfLink:
     is_frame: bool = False
 
 
+@dataclass(frozen=True)
+class UrdfLoop:
+    """A constraint that joins two links: their names, a frame (4, 4) in each, m, and whether these
+    may turn about their common origin.
+    """
+
+    name: str
+    links: tuple[str, str]
+    frames: tuple[Floats, Floats]
+    turns: bool
+
+
 @dataclass
 class UrdfJoint:
     """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it
@@ -50,7 +65,8 @@ class UrdfJoint:
     effort    largest torque or force of its drive, N m or N, as stated: many files state a
               placeholder; 0 where none is
     leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
-    in_loop   whether it follows because a constraint between two bodies closes a loop
+    in_loop   whether a constraint between two bodies closes a loop through it
+    driven    whether a drive moves it, should a loop lead through it
     limit_mistakes, other_mistakes  what is wrong with its limits, and with its type or axis: it
                                     counts only where the joint is on the chain root      what
                                     stands before its element in an XPath
@@ -71,6 +87,7 @@ class UrdfJoint:
     leader: str = ""
     coupling: str = ""
     in_loop: bool = False
+    driven: bool = True
     limit_mistakes: list[Problem] = field(default_factory=list)
     other_mistakes: list[Problem] = field(default_factory=list)
     root: str = "/robot"
@@ -105,6 +122,7 @@ class UrdfTree:
     root    the root element as an XPath
     hinge   an example of a joint that moves
     tips    links that a file beside it names as tools
+    loops   constraints between two links each
     """
 
     file: str
@@ -117,6 +135,7 @@ class UrdfTree:
     links: dict[str, UrdfLink] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
     mistakes: list[Problem] = field(default_factory=list)
+    loops: list[UrdfLoop] = field(default_factory=list)
     _children: dict[str, list[UrdfJoint]] = field(default_factory=dict)
     _parent: dict[str, UrdfJoint] = field(default_factory=dict)
 
