@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import tomlkit
 
+import lostmotion
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
@@ -100,6 +101,19 @@ def test_a_command_refuses_a_loop_that_cannot_close_and_writes_nothing(tmp_path)
     assert "closures[0]" in done.stderr
     assert "e1.tip and pin.tip apart at home by 5.411 mm" in done.stderr
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_mistake_in_a_leg_is_reported_once_with_its_line(tmp_path):
+    """A leg is written once, and so is its mistake, whatever the number of its copies."""
+    file = tmp_path / "arm.toml"
+    text = template_text("hexapod").replace('limits = ["20 mm", "50 mm"]', 'limits = "20 mm"')
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError) as refused:
+        lostmotion.read(file)
+    (problem,) = refused.value.problems
+    line = next(k for k, row in enumerate(text.splitlines(), 1) if row.startswith("limits"))
+    assert problem.file == f"{file}:{line}"
+    assert problem.key == "joints.leg1_slide.limits"
 
 
 def test_a_home_in_a_parallel_singularity_is_refused():

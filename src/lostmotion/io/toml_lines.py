@@ -90,9 +90,12 @@ def _located(problems: tuple[Problem, ...]) -> tuple[Problem, ...]:
             for each in problems
             if each.file == file and each.key != MORE
         ]
-        out += [
-            replace(each, file=f"{file}:{line}") for line, each in sorted(lines, key=itemgetter(0))
-        ]
+        # a mistake in a leg, which is written once, is one mistake of all its copies
+        once: dict[tuple[Steps, str, str], tuple[int, Problem]] = {}
+        for line, each in sorted(lines, key=itemgetter(0)):
+            steps = _by_position(_steps(each.key), where[1])
+            once.setdefault((steps, each.found, each.expected), (line, each))
+        out += [replace(each, file=f"{file}:{line}") for line, each in once.values()]
     return (*out, *(each for each in problems if each.file in known and each.key == MORE))
 
 
@@ -126,9 +129,21 @@ def _by_position(steps: Steps, tree: dict[str, Any]) -> Steps:
             for index, joint in enumerate(joints)
             if isinstance(joint, dict) and joint.get("name") == steps[1]
         ),
-        steps[1],
+        None,
     )
-    return ("joints", index, *steps[2:])
+    if index is not None:
+        return ("joints", index, *steps[2:])
+    return _of_leg(steps, tree.get("legs"))
+
+
+def _of_leg(steps: Steps, legs: Any) -> Steps:  # noqa: ANN401 - whatever a file holds
+    """Replace the name of a joint of a copy, COPY_NAME, by the place of the joint in its leg."""
+    with suppress(KeyError, TypeError):  # a leg without joints or names
+        for k, leg in enumerate(legs):
+            for j, joint in enumerate(leg["joints"]):
+                if any(f"{each['name']}_{joint['name']}" == steps[1] for each in leg["copies"]):
+                    return ("legs", k, "joints", j, *steps[2:])
+    return steps
 
 
 class _Scan:
