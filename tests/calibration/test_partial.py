@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lostmotion.calibration.instruments import FullPoses, Points, Readings
+from lostmotion.calibration.instruments import Camera, FullPoses, Points, Readings
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.partial import instrument_of
+from lostmotion.calibration.tags import CORNERS, Tags, tags_of
 from lostmotion.calibration.terms import Deviations, added_terms
 from lostmotion.spatial import exp
 from tests.calibration.test_terms import six_axes
@@ -35,10 +36,20 @@ def instruments(frames: np.ndarray) -> dict:
         "sphere": instrument_of(Readings("sphere", 0.4 + 0 * near, pair), frames),
         "dial": instrument_of(Readings("dial", near, axes), frames),
         "angle": instrument_of(Readings("angle", near, axes), frames),
+        "tags": some_tags(frames),
     }
 
 
-KINDS = ("points", "poses", "distance", "plane", "sphere", "dial", "angle")
+def some_tags(frames: np.ndarray) -> Tags:
+    """Return two tags on the tool, seen from two metres."""
+    count, camera = len(frames), Camera(800, 790, 320, 240, 0.04)
+    at = np.diag([1.0, -1.0, -1.0, 1.0])
+    at[2, 3] = 2.0
+    pixel = CHANCE.uniform(0, 480, (count, 4, 2))
+    return Tags(("A", "B"), np.arange(count) % 2, pixel, camera, at, exp(np.zeros((2, 6))), 2.0)
+
+
+KINDS = ("points", "poses", "distance", "plane", "sphere", "dial", "angle", "tags")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -70,6 +81,24 @@ def test_rows_equal_central_differences(kind):
         ends = [made.rows(frames, unknowns + sign * aside).residual for sign in (1, -1)]
         found = -(ends[0] - ends[1]) / (2 * step)
         np.testing.assert_allclose(found, rows.by_unknown[:, :, k], atol=1e-7)
+
+
+def test_camera_and_tag_are_found_without_first_estimates():
+    """By exact pixels of a camera and a tag anywhere, composed by homogeneous matrices."""
+    frames = some_frames(60)
+    camera = Camera(800, 790, 320, 240, 0.04)
+    on = exp(np.array([0.4, -0.9, 2.0, 0.02, -0.03, 0.05]))
+    at = exp(np.array([3.0, 0.2, -0.3, 0.0, 0.0, 0.0]))
+    at[:3, 3] = 0.2, 0.4, 4.0
+    pixels = []
+    for frame in frames:
+        places = [np.linalg.inv(at) @ frame @ on @ [*corner, 1.0] for corner in 0.04 * CORNERS]
+        assert all(z > 0.3 for _, _, z, _ in places)
+        pixels.append([[800 * x / z + 320, 790 * y / z + 240] for x, y, z, _ in places])
+    found = tags_of(Readings("tags", np.array(pixels), ("A",) * len(frames), camera), frames)
+    np.testing.assert_allclose(found.at, at, atol=1e-6)
+    np.testing.assert_allclose(found.on[0], on, atol=1e-6)
+    assert np.abs(found.rows(frames, np.zeros(12)).residual).max() < 1e-6
 
 
 @pytest.mark.parametrize(("beside", "lost"), [(0.0, 25), (0.08, 27)])

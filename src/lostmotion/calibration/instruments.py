@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Final, NamedTuple
 
 import numpy as np
 
@@ -65,18 +65,32 @@ class MeasuredVisits:
         )
 
 
-class Readings(NamedTuple):
-    """One reading at each pose.
+class Camera(NamedTuple):
+    """A camera without distortion: focal lengths and centre of the image, px; and the edge of the
+    tags that it sees, m.
+    """
 
-    kind    "distance", "plane", "sphere", "dial" or "angle"
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    size: float
+
+
+class Readings(NamedTuple):
+    """One reading at each pose; of a tag its four corners.
+
+    kind    "distance", "plane", "sphere", "dial", "angle" or "tags"
     value   (pose,) m or rad; zero for touches of a plane, the radius for those of a sphere
     target  (pose,) name of what is measured: of a centre, a plane or a sphere; or the axis x, y or
-            z of the base along or about which is measured
+            z of the base along or about which is measured; or of a tag
+    camera  that sees the tags, whose corners (pose, 4, 2), px, are the value
     """
 
     kind: str
     value: Floats
     target: tuple[str, ...]
+    camera: Camera | None = None
 
     def rows(self, kept: NDArray[np.int64]) -> Readings:
         """Return the readings in these rows."""
@@ -99,10 +113,12 @@ class Rows(NamedTuple):
 class Instrument(ABC):
     """A measurement at some poses.
 
+    points    number of points that it sees at a pose
     unknowns  names of its unknowns
     noise     (row,) standard deviation of a row for a noise of one metre
     """
 
+    points: ClassVar[int] = 1
     unknowns: tuple[str, ...]
 
     @property
@@ -115,6 +131,10 @@ class Instrument(ABC):
         """Return which rows are lengths; all of them where none is."""
         found = self.noise == 1.0
         return np.asarray(found if found.any() else ~found)
+
+    def error(self, residual: Floats) -> Floats:
+        """Return the r.m.s. distance of its points (pose,), m, by residuals (pose, row)."""
+        return np.asarray(np.linalg.norm(residual[:, self.lengths], axis=1) / self.points**0.5)
 
     @abstractmethod
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:

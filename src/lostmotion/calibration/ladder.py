@@ -118,7 +118,7 @@ def climb(
             tried.append((part, asked))
     if progress is not None:
         progress("validating at random poses", len(families), len(families) + 1)
-    folds = random_folds(len(model), seed)
+    folds = random_folds(model.matrix.state.q, seed)
     before, after = (
         cross_validate(part, instrument, asked, folds) for part, asked in (tried[0], tried[-1])
     )

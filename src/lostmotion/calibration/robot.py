@@ -15,6 +15,7 @@ from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.partial import instrument_of
 from lostmotion.calibration.reduction import in_best_frames, reduced
+from lostmotion.calibration.tags import tags_of
 from lostmotion.calibration.terms import (
     Deviations,
     added_terms,
@@ -164,8 +165,10 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     chosen = replace(chosen, orders=orders, tool_turn=turn)
     seen = measured_in_base(arm, measured, chosen, noise)
     every = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
-    mixed = np.random.default_rng(seed).permutation(len(measured))
-    aside, used = (np.sort(part) for part in np.split(mixed, [round(hold_out * len(mixed))]))
+    visit = validation.numbered(measured.q)
+    mixed = np.random.default_rng(seed).permutation(int(visit.max()) + 1)
+    apart = np.isin(visit, mixed[: round(hold_out * len(mixed))])
+    aside, used = np.flatnonzero(apart), np.flatnonzero(~apart)
     model, instrument = every.rows(used), seen.instrument.part(used)
     found = climb(
         model,
@@ -212,7 +215,8 @@ def measured_in_base(
     """Return what was measured, in the base frame. Arguments and errors as for `robot_of`."""
     frames = state_of(arm, measured.q).frames[-1]
     if measured.readings is not None:
-        return MeasuredInBase(instrument_of(measured.readings, frames), frames)
+        of = tags_of if measured.readings.kind == "tags" else instrument_of
+        return MeasuredInBase(of(measured.readings, frames), frames)
     sign, point = 1, measured.point
     if point is None:
         if measured.difference is None:

@@ -73,10 +73,20 @@ class HeldOut:
         return max(1.0, float(found))
 
 
-def random_folds(count: int, seed: int) -> NDArray[np.int64]:
-    """Return the number of the fold of each of `count` poses, at random."""
+def numbered(q: Floats) -> NDArray[np.int64]:
+    """Return the number of the pose of each row (row, joint), in the order in which they come."""
+    of: dict[bytes, int] = {}
+    return np.array([of.setdefault(row.tobytes(), len(of)) for row in np.ascontiguousarray(q)])
+
+
+def random_folds(q: Floats, seed: int) -> NDArray[np.int64]:
+    """Return the number of the fold of each row (row, joint), at random; all rows of one pose are
+    in one fold.
+    """
+    pose = numbered(q)
+    count = int(pose.max()) + 1
     labels = np.arange(count) % min(FOLDS, count)
-    return np.random.default_rng(seed).permutation(labels)
+    return np.asarray(np.random.default_rng(seed).permutation(labels)[pose])
 
 
 def blocked_folds(points: Floats) -> NDArray[np.int64]:
@@ -124,7 +134,7 @@ def held_out(model: RobotModel, instrument: Instrument, found: Estimates) -> Hel
     noise = found.noise**2 * np.diag(instrument.noise**2)
     covariance = columns @ found.covariance @ columns.transpose(0, 2, 1) + scatter + noise
     return HeldOut(
-        np.linalg.norm(residual[:, instrument.lengths], axis=1),
+        instrument.error(residual),
         (whitened(residual, covariance) ** 2).sum(axis=1),
         residual.shape[1],
     )

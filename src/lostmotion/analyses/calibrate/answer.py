@@ -87,17 +87,16 @@ def calibrated(
     visits = replace(visits.rows(robot.rows), lines=lines)
     best, model = robot.climb.kept.fit, robot.climb.model
     draws, unknowns = np.split(best.mean, [len(model.streams)])
-    lengths = robot.instrument.lengths
-    residual = robot.instrument.rows(model.frames(draws), unknowns).residual[:, lengths]
-    raw = robot.instrument.rows(robot.frames, np.zeros_like(unknowns)).residual[:, lengths]
+    residual = robot.instrument.rows(model.frames(draws), unknowns).residual
+    raw = robot.instrument.rows(robot.frames, np.zeros_like(unknowns)).residual
     count = len(model.streams)
     elsewhere = variance_elsewhere(model, best.covariance[:count, :count])
     return CalibrationAnswer(
         robot,
         visits,
-        np.linalg.norm(raw, axis=1),
+        robot.instrument.error(raw),
         robot.climb.before.error,
-        np.linalg.norm(residual, axis=1),
+        robot.instrument.error(residual),
         elsewhere,
         _findings(robot),
         tuple(_warnings(robot, visits, elsewhere)),

@@ -15,6 +15,8 @@ from lostmotion.io.measured.table import MOST_MISTAKES
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from numpy.typing import NDArray
+
     from lostmotion.calibration.instruments import Readings
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -22,7 +24,9 @@ if TYPE_CHECKING:
 POINT: Final = ("x", "y", "z")
 # One number of each visit: its column, and that of what it is measured of.
 PARTIAL: Final = {"distance": "to", "dial": "along", "angle": "about", "plane": "", "sphere": ""}
+PIXELS: Final = ("u", "v", "corner")
 FEWEST: Final = 3
+_CORNERS: Final = (0, 1, 2, 3)
 # A value outside the joint limits by less is rounding, rad or m.
 _BESIDE: Final = 1e-6
 # A row that is so many times as far from the others as they are from each other has another unit,
@@ -92,7 +96,7 @@ def mistakes_in_targets(
     file: str, readings: Readings | None, lines: Sequence[int]
 ) -> list[Problem]:
     """Return axes that are none, and targets with fewer readings than they have unknowns."""
-    if readings is None:
+    if readings is None or readings.kind == "tags":
         return []
     if readings.kind in {"dial", "angle"}:
         wrong = [k for k, name in enumerate(readings.target) if name not in {"x", "y", "z"}]
@@ -117,3 +121,30 @@ def mistakes_in_targets(
         for name, count in Counter(readings.target).items()
         if count < fewest
     ]
+
+
+def whole_tags(
+    file: str, readings: Readings, q: Floats, corner: Floats, lines: Sequence[int]
+) -> tuple[NDArray[np.int64], list[Problem]]:
+    """Return the rows of the four corners of each tag that is seen whole at a pose (image, 4), and
+    mistakes: a camera that is not stated, corners that are none, and too few whole tags.
+    """
+    out = []
+    if readings.camera is None:
+        example = "# camera: fx 800, fy 800, cx 320, cy 240 and # tag size: 40 mm"
+        out.append(Problem(file, "", "pixels without a camera", "lines above the rows", example))
+    seen: dict[tuple[str, bytes], dict[float, int]] = {}
+    for k, (name, pose, number) in enumerate(zip(readings.target, q, corner, strict=True)):
+        if number not in _CORNERS:
+            found = f"{number:g}"
+            expected = "0 to 3, counter-clockwise from the lower left as the tag is seen"
+            out.append(Problem(file, f"line {lines[k]}, corner", found, expected, "0"))
+        seen.setdefault((name, pose.tobytes()), {})[number] = k
+    whole = {key: rows for key, rows in seen.items() if len(rows) == len(_CORNERS)}
+    count = Counter(name for name, _ in whole)
+    for name in dict.fromkeys(readings.target):
+        if count[name] < FEWEST:
+            found = f"{count[name]} poses at which all four corners are seen"
+            out.append(Problem(file, f"tag {shown(name)}", found, f"at least {FEWEST}"))
+    images = [[rows[number] for number in sorted(rows)] for rows in whole.values()]
+    return np.array(images, dtype=np.int64).reshape(-1, 4), out[:MOST_MISTAKES]

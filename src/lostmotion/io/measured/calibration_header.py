@@ -5,6 +5,8 @@
     # deviations: turn 0.2 mrad, shift 0.1 mm
     # payload: 2 kg
     # temperature: 23 °C
+    # camera: fx 800, fy 800, cx 320, cy 240
+    # tag size: 40 mm
 
 `deviations` are those assumed for errors that the arm's file does not state, by the names of
 `Deviations`. Payload and temperature are compared with those of the arm's file. Other comments are
@@ -17,6 +19,7 @@ import re
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
+from lostmotion.calibration.instruments import Camera
 from lostmotion.calibration.terms import Deviations
 from lostmotion.errors import Problem, nearest, shown
 from lostmotion.io.limits import listed
@@ -27,9 +30,12 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
 Instrument: TypeAlias = Literal[
-    "tracker", "points", "poses", "distance", "plane", "sphere", "dial", "inclinometer"
+    "tracker", "points", "poses", "distance", "plane", "sphere", "dial", "inclinometer", "tags"
 ]
-_LINE: Final = re.compile(r"^\s*#\s*(instrument|noise|deviations|payload|temperature)\s*:\s*(.*)$")
+_LINE: Final = re.compile(
+    r"^\s*#\s*(instrument|noise|deviations|payload|temperature|camera|tag size)\s*:\s*(.*)$"
+)
+_CAMERA: Final = ("fx", "fy", "cx", "cy")
 _SIZES: Final = {
     field.name: "m" if "shift" in field.name else "rad"
     for field in fields(Deviations)
@@ -51,6 +57,7 @@ class StatedInFile:
     noise: float | None = None
     sizes: Deviations | None = None
     remarks: tuple[str, ...] = ()
+    camera: Camera | None = None
 
 
 def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Problem]]:
@@ -64,10 +71,10 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
             continue
         key, value = match[1], match[2].strip()
         stated[key] = value
-        wanted = {"noise": "m", "payload": "kg", "temperature": ABSOLUTE}
+        wanted = {"noise": "m", "payload": "kg", "temperature": ABSOLUTE, "tag size": "m"}
         pairs = [(key, value)] if key in wanted else []
-        if key == "deviations":
-            wanted = _SIZES
+        if key in {"deviations", "camera"}:
+            wanted = _SIZES if key == "deviations" else dict.fromkeys(_CAMERA, "")
             parts = [part.strip().replace("=", " ").partition(" ") for part in value.split(",")]
             pairs = [(name, size.strip()) for name, _, size in parts]
         if key == "instrument" and value not in get_args(Instrument):
@@ -75,13 +82,15 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
             mistakes.append(_mistake(file, number, value, known, "instrument: dial"))
         for name, size in pairs:
             if name not in wanted:
-                example = "deviations: turn 0.2 mrad, shift 0.1 mm"
+                example = "camera: fx 800, fy 800, cx 320, cy 240"
+                if key == "deviations":
+                    example = "deviations: turn 0.2 mrad, shift 0.1 mm"
                 mistakes.append(_mistake(file, number, name, list(wanted), example))
                 continue
             try:
-                found[name] = float(read_quantity(size, wanted[name]).nominal)
+                found[name] = float(read_quantity(size.removesuffix("px"), wanted[name]).nominal)
             except UnitError as error:
-                expected = f"a quantity in {wanted[name]}"
+                expected = f"a quantity in {wanted[name] or 'px, without a unit'}"
                 mistakes.append(
                     Problem(file, f"line {number}, {name}", f"{shown(size)}: {error}", expected)
                 )
@@ -96,9 +105,16 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
             found.get("noise"),
             replace(Deviations(), **sizes) if sizes else None,
             tuple(_compared(found, arm)),
+            _camera(found),
         ),
         mistakes,
     )
+
+
+def _camera(found: dict[str, float]) -> Camera | None:
+    """Return the camera where all of it is stated."""
+    keys = (*_CAMERA, "tag size")
+    return Camera(*(found[key] for key in keys)) if set(keys) <= set(found) else None
 
 
 def _mistake(file: str, line: int, found: str, known: list[str], example: str) -> Problem:

@@ -9,7 +9,8 @@ found by the fit. `A approach` is the sign of the last motion of joint A.
 
 In their place one number: distance [mm] with `to`, the name of its fixed end; dial [mm] with
 `along`, or angle [deg] with `about`, an axis x, y or z of the base; `plane`, the name of a plane
-that is touched; `sphere` and radius [mm] the same.
+that is touched; `sphere` and radius [mm] the same. Or the four corners of a `tag` on the tool, a
+row each: pixels `u` and `v` of a camera that stands still, and the number of the `corner`, 0 to 3.
 """
 
 from __future__ import annotations
@@ -27,13 +28,16 @@ from lostmotion.io.limits import listed, refuse_all
 from lostmotion.io.measured.calibration_checks import (
     FEWEST,
     PARTIAL,
+    PIXELS,
     POINT,
     mistakes_in_targets,
     not_unit,
     other_units,
     outside_limits,
+    whole_tags,
 )
 from lostmotion.io.measured.calibration_header import read_header
+from lostmotion.io.measured.orientations import QUATERNION, TURNS, rotations
 from lostmotion.io.measured.table import (
     MEGABYTES,
     MOST_MISTAKES,
@@ -48,6 +52,9 @@ from lostmotion.mechanism.state import tool_points
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
+    from numpy.typing import NDArray
+
+    from lostmotion.calibration.instruments import Camera
     from lostmotion.calibration.terms import Deviations
     from lostmotion.io.measured.calibration_header import Instrument
     from lostmotion.io.measured.table import TextTable
@@ -55,8 +62,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 DIFFERENCE: Final = ("dx", "dy", "dz")
-TURNS: Final = ("rx", "ry", "rz")
-QUATERNION: Final = ("qw", "qx", "qy", "qz")
 # Joint values beyond 1.05 turns are degrees, coordinates beyond 20 are millimetres.
 _LARGEST_ANGLE: Final = 6.6
 _LARGEST_LENGTH: Final = 20.0
@@ -73,6 +78,7 @@ _COLUMNS: Final[dict[str, set[str]]] = {
     "sphere": {"sphere", "radius"},
     "dial": {"dial", "along"},
     "inclinometer": {"angle", "about"},
+    "tags": {*PIXELS, "tag"},
 }
 _MEASURED: Final = set().union(*_COLUMNS.values())
 _ALIASES: Final = {f"{axis}_dif": f"d{axis}" for axis in "xyz"}
@@ -154,7 +160,8 @@ def _joined_readings(parts: Sequence[Readings]) -> Readings | None:
     if not parts:
         return None
     value = np.concatenate([part.value for part in parts])
-    return Readings(parts[0].kind, value, sum((part.target for part in parts), ()))
+    targets = sum((part.target for part in parts), ())
+    return parts[0]._replace(value=value, target=targets)
 
 
 def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
@@ -193,8 +200,8 @@ def _layout(
         **dict.fromkeys(("distance", "dial", "radius"), ("m", "mm")),
     }
     left_out = set() if instrument is None else _MEASURED - _COLUMNS[instrument]
-    words = ("to", "along", "about", "plane", "sphere")
-    counts = (*QUATERNION, *(f"{name} approach" for name in own))
+    words = ("to", "along", "about", "plane", "sphere", "tag")
+    counts = (*QUATERNION, *PIXELS, *(f"{name} approach" for name in own))
     layout = Layout(
         words=tuple(role for role in words if role not in left_out),
         units={role: unit for role, unit in units.items() if role not in left_out},
@@ -225,6 +232,7 @@ def _missing(
         (DIFFERENCE, " [mm]"),
         (TURNS, " [deg]"),
         (QUATERNION, ""),
+        (PIXELS, ""),
     ):
         there = [role for role in group if role in roles]
         if there and len(there) < len(group):
@@ -234,6 +242,7 @@ def _missing(
             out.append(Problem(file, "line 1", found, "all of them, or none", columns))
     measured = [group[0] for group in (POINT, DIFFERENCE) if set(group) & set(roles)]
     measured += [kind for kind in PARTIAL if kind in roles]
+    measured += ["u and v"] if "u" in roles else []
     if "sphere" in roles and "radius" not in roles:
         expected = "the radius of the sphere that the tool point touches"
         out.append(Problem(file, "line 1", "sphere without radius", expected, "radius [mm]"))
@@ -273,8 +282,12 @@ def _read(
         for group in (POINT, DIFFERENCE, TURNS, QUATERNION)
         if group[0] in values
     }
-    readings = _readings(words, values)
+    readings = _readings(words, values, header.camera)
     mistakes += mistakes_in_targets(file, readings, lines)
+    images = None
+    if readings is not None and readings.kind == "tags":
+        images, wrong = whole_tags(file, readings, q, values["corner"], lines)
+        mistakes += wrong
     if len(q) >= FEWEST:
         checked = [("joint values", q)]
         checked += [("measurement", groups[g]) for g in (POINT, DIFFERENCE) if g in groups]
@@ -290,11 +303,11 @@ def _read(
     for k, joint in enumerate(arm.driven):
         if f"{joint.name} approach" in values:
             approach[:, k] = np.sign(values[f"{joint.name} approach"])
-    return CalibrationVisits(
+    visits = CalibrationVisits(
         q,
         groups.get(POINT),
         groups.get(DIFFERENCE),
-        _rotations(groups),
+        rotations(groups),
         approach,
         readings,
         file,
@@ -303,10 +316,26 @@ def _read(
         noise=header.noise,
         sizes=header.sizes,
     )
+    return visits if images is None or readings is None else _of_images(visits, readings, images)
 
 
-def _readings(words: Mapping[str, list[str]], values: Mapping[str, Floats]) -> Readings | None:
+def _of_images(
+    visits: CalibrationVisits, readings: Readings, images: NDArray[np.int64]
+) -> CalibrationVisits:
+    """Return visits with one row per whole tag, whose corners stand in the rows of `images`."""
+    first = images[:, 0]
+    out = replace(visits.rows(first), lines=tuple(visits.lines[k] for k in first))
+    names = tuple(readings.target[k] for k in first)
+    return replace(out, readings=readings._replace(value=readings.value[images], target=names))
+
+
+def _readings(
+    words: Mapping[str, list[str]], values: Mapping[str, Floats], camera: Camera | None
+) -> Readings | None:
     """Return the numbers of a file that has one of each visit; None for another file."""
+    if "u" in values:
+        names = words.get("tag", ["A"] * len(values["u"]))
+        return Readings("tags", np.column_stack([values["u"], values["v"]]), tuple(names), camera)
     kind = next((each for each in PARTIAL if each in words or each in values), None)
     if kind is None:
         return None
@@ -317,12 +346,6 @@ def _readings(words: Mapping[str, list[str]], values: Mapping[str, Floats]) -> R
         value = values[kind]
         names = words.get(PARTIAL[kind], ["x" if kind in {"dial", "angle"} else "A"] * len(value))
     return Readings(kind, value, tuple(names))
-
-
-def _rotations(groups: Mapping[tuple[str, ...], Floats]) -> Floats | None:
-    if QUATERNION in groups:
-        return _of_quaternions(groups[QUATERNION])
-    return _of_turns(groups[TURNS]) if TURNS in groups else None
 
 
 def _units_by_size(
@@ -358,23 +381,3 @@ def _size(cell: str) -> float:
         return abs(numbers([cell.replace(",", ".")])[0])
     except ValueError:
         return 0.0
-
-
-def _of_quaternions(quaternions: Floats) -> Floats:
-    """Return rotations (visit, 3, 3) of unit quaternions (visit, 4), real part first."""
-    w, v = quaternions[:, :1], quaternions[:, 1:]
-    length = np.linalg.norm(quaternions, axis=1)[:, None]
-    w, v = w / length, v / length
-    x, y, z = v.T
-    none = np.zeros(len(w))
-    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
-    return np.asarray(np.eye(3) + 2 * w[:, :, None] * skew + 2 * skew @ skew)
-
-
-def _of_turns(turns: Floats) -> Floats:
-    """Return rotations (visit, 3, 3) about the fixed x, then y, then z by these angles (visit, 3),
-    rad.
-    """
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_euler("xyz", turns).as_matrix())
