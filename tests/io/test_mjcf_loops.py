@@ -169,6 +169,7 @@ def test_a_loop_stands_and_is_held_as_in_mujoco(tmp_path, text, passive, closure
     assert len(arm.closures) == closures
     moved = {each.joint for each in arm.tree.passive}
     assert moved == set(passive)
+    assert not [each for each in arm.warnings if "ball" in each]
     for share in (-0.2, -0.1, 0.0):
         q = share * np.arange(1, len(arm.driven) + 1)
         state = state_of(arm, q[None])

@@ -106,7 +106,7 @@ def _weightless(arm: Arm, masses: list[float]) -> list[str]:
     for joint, mass in zip(reversed(arm.joints), reversed(masses), strict=True):
         weight += mass
         if not isinstance(joint, FixedJoint):
-            if not weight:
+            if not weight and not joint.passive:  # pins of loops may weigh nothing
                 out.append(joint.name)
             weight = 0.0
     return out[::-1]
