@@ -31,6 +31,11 @@ PATTERNS = {
     "analyses/signature.py": "sections of a docstring",
     "propagation/montecarlo/stopping.py": "a precision, '1 %'",
 }
+# Closed chains are a matter of the mechanism and of its files; elsewhere only what is new to them.
+CLOSED = {
+    "calibration/geometry.py": "geometric errors of joints that closures move are not estimated",
+    "reporting/arm_picture.py": "marks of passive joints and closures",
+}
 
 
 def kinds_asked(text: str) -> list[str]:
@@ -256,3 +261,22 @@ def test_what_nothing_uses_would_be_found():
         "'list[Kind]'): ...\nLIMIT = _own"
     )
     assert unused({"a": one, "b": ast.parse("from a import LIMIT, shared")}) == {"a.alone"}
+
+
+def closed_asked(text: str) -> bool:
+    """Return whether a source reads the closures of an arm or of its tree."""
+    return any(
+        isinstance(node, ast.Attribute) and node.attr in {"closures", "welds"}
+        for node in ast.walk(ast.parse(text))
+    )
+
+
+def test_only_the_mechanism_and_its_readers_ask_whether_a_chain_is_closed():
+    """Whatever reads closures lies in mechanism/ or io/, or shows what is new to closed chains."""
+    assert closed_asked("def f(arm):\n    return 1 if arm.closures else 2")
+    asked = {
+        name
+        for name, path in FILES.items()
+        if not name.startswith(("mechanism/", "io/")) and closed_asked(path.read_text("utf-8"))
+    }
+    assert asked == set(CLOSED)

@@ -318,6 +318,7 @@ def closed_remarks(tree: Tree, q: Floats) -> tuple[str, ...]:
     return (
         counted,
         f"{excluded}. Not counted: friction of passive joints, and legs that touch each other",
+        "loads of a closed chain act in its undeflected shape: deflections are of first order",
     )
 
 
