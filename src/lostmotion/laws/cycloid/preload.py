@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 # The angle of one disc is computed at a geometric series of torques with this ratio, from this
-# share of the smallest torque.
-_STEP: Final = 1.2
-_LEAST: Final = 0.1
+# share of the smallest torque, that of the rest angles.
+_STEP: Final = 1.3
+_LEAST: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +62,11 @@ def preloaded_discs(
     effects  of clearances and misplaced output pins
 
     The two ends of the rest angles, behind and ahead, differ where clearances leave play. The
-    angles of a disc are interpolated linearly between torques 20 % apart: the wind-up of preloaded
-    discs is within 0.1 %. That of discs that barely touch is within 2 % from 0.3 % of the rated
-    torque on and 6 % below, on average over gearboxes 0.3 %. Raises DidNotConvergeError where the
-    preload or a torque is beyond the contact law.
+    angles of a disc are exact at torques 30 % apart, and between them where one more contact bears.
+    The wind-up of preloaded discs is within 0.1 %. Where discs barely touch, contacts may follow
+    each other more closely: 99 % of such pairs are within 4 %, single ones within 25 %, the mean
+    over gearboxes within 0.2 %. Raises DidNotConvergeError where the preload or a torque is beyond
+    the contact law.
     """
     wanted = np.array([0.0, 0.0, *torque])
     most = float(np.abs(torque).max())
@@ -74,11 +75,10 @@ def preloaded_discs(
     loads: Floats = np.asarray(lowest * _STEP**steps, dtype=float)
     tables = [_table(drive, loads, crank, gap, effects, threads)]
     while True:
-        torques = np.concatenate([-loads[::-1], [0.0, 0.0], loads])
-        angles = _joined(tables, effects)
+        angles, torques = _joined(tables, loads, effects)
         low, high = angles[:, 0].max(axis=0), angles[:, -1].min(axis=0)
         least, largest = (
-            sum(carried_torque(each, torques, end) for each in angles) for end in (low, high)
+            sum(map(carried_torque, angles, torques, [end] * len(angles))) for end in (low, high)
         )
         if (low < high).all() and (least <= wanted.min()).all() and (largest >= wanted.max()).all():
             break
@@ -87,7 +87,7 @@ def preloaded_discs(
         loads = np.concatenate([loads, more])
     points = angles.reshape(-1, *angles.shape[2:])
     sums = np.stack(
-        [sum(carried_torque(each, torques, point) for each in angles) for point in points]
+        [sum(map(carried_torque, angles, torques, [point] * len(angles))) for point in points]
     )
     # The first rest angle is where the sum stops being negative, the second one where it becomes
     # positive.
@@ -126,38 +126,42 @@ def carried_torque(alone: Floats, loads: Floats, angle: Floats) -> Floats:
     """Return the torque (crank, gearbox), N m, of one disc at an angle (crank, gearbox), by linear
     interpolation.
 
-    alone  (load, crank, gearbox) angles of the disc under the torques `loads` (load,), rad and N m;
-           beyond them the torque of the nearer end
+    alone  (load, crank, gearbox) angles of the disc under the torques `loads` (load, 1 or
+           crank, 1 or gearbox), rad and N m; beyond them the torque of the nearer end
     """
     at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
-    below, above = (np.take_along_axis(alone, k[None], axis=0)[0] for k in (at - 1, at))
+    (below, above), (least, most) = (
+        [np.take_along_axis(each, k[None], axis=0)[0] for k in (at - 1, at)]
+        for each in (alone, np.broadcast_to(loads, alone.shape))
+    )
     share = np.maximum(angle - below, 0.0) / np.maximum(above - below, np.finfo(float).tiny)
-    return np.asarray(loads[at - 1] + np.minimum(share, 1.0) * (loads[at] - loads[at - 1]))
+    return np.asarray(least + np.minimum(share, 1.0) * (most - least))
 
 
 def _table(
     drive: Drive, loads: Floats, crank: Floats, gap: Floats, effects: ClearanceEffects, threads: int
 ) -> Floats:
-    """Return the angles (direction, disc, load, crank, gearbox), rad, of the discs under loads
-    (load,), N m, forwards and backwards.
+    """Return the angles, rad, of the discs under loads (load,), N m, forwards and backwards, and
+    their stiffness there, N m/rad: (angle or stiffness, direction, disc, load, crank, gearbox).
     """
-    out = np.empty((2, drive.discs, len(loads), *gap.shape[1:3]))
+    out = np.empty((2, 2, drive.discs, len(loads), *gap.shape[1:3]))
     for direction, sign in enumerate((1.0, -1.0)):
         for disc in range(drive.discs):
             turned = crank + 2 * math.pi * disc / drive.discs
             for k, each in enumerate(loads):
-                rotation = loaded_disc(
-                    drive, sign * float(each), turned, gap[disc], threads=threads
-                ).rotation[0]
-                out[direction, disc, k] = rotation + sign * effects.shift[direction]
+                found = loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads)
+                out[0, direction, disc, k] = found.rotation[0] + sign * effects.shift[direction]
+                out[1, direction, disc, k] = found.stiffness[0]
     return out
 
 
-def _joined(tables: list[Floats], effects: ClearanceEffects) -> Floats:
-    """Return the angles (disc, load, crank, gearbox), rad, of the discs for loads from the most
-    negative to the largest, with two of no load.
+def _joined(
+    tables: list[Floats], loads: Floats, effects: ClearanceEffects
+) -> tuple[Floats, Floats]:
+    """Return angles, rad, and torques, N m, of the discs, (disc, point, crank, gearbox): for loads
+    from the most negative to the largest with two of no load, and a point between each two.
     """
-    ahead, behind = np.concatenate(tables, axis=2)
+    (ahead, behind), stiff = np.concatenate(tables, axis=3)
     high, low = np.minimum(effects.high, ahead[:, 0]), np.maximum(effects.low, behind[:, 0])
     middle = (high + low) / 2
     high, low = np.maximum(high, middle), np.minimum(low, middle)
@@ -165,4 +169,27 @@ def _joined(tables: list[Floats], effects: ClearanceEffects) -> Floats:
     # two similar loads.
     ahead = np.maximum.accumulate(np.concatenate([high[:, None], ahead], axis=1), axis=1)
     behind = np.minimum.accumulate(np.concatenate([low[:, None], behind], axis=1), axis=1)
-    return np.concatenate([behind[:, ::-1], ahead], axis=1)
+    at = np.concatenate([behind[:, ::-1], ahead], axis=1)
+    torque = np.concatenate([-loads[::-1], [0.0, 0.0], loads])[:, None, None]
+    free = np.full_like(stiff[0, :, :1], math.nan)
+    slope = np.concatenate([stiff[1, :, ::-1], free, free, stiff[0]], axis=1)
+    return _with_kinks(at, np.broadcast_to(torque, at.shape), slope)
+
+
+def _with_kinks(at: Floats, torque: Floats, slope: Floats) -> tuple[Floats, Floats]:
+    """Return the points with one more between each two: where their tangents meet, which is where
+    one more contact bears, or the middle where they do not meet between them.
+    """
+    (x, u), (y, v) = ((each[:, :-1], each[:, 1:]) for each in (at, torque))
+    with np.errstate(all="ignore"):
+        before, after = slope[:, :-1], slope[:, 1:]
+        on = (v - y + after * (x - u)) / (before - after)  # angle beyond the first point
+        up = before * on
+        within = (on > 0) & (on < u - x) & (up > 0) & (up < v - y)
+    out = np.empty((2, at.shape[0], 2 * at.shape[1] - 1, *at.shape[2:]))
+    out[:, :, ::2] = at, torque
+    out[:, :, 1::2] = (
+        np.where(within, x + on, (x + u) / 2),
+        np.where(within, y + up, (y + v) / 2),
+    )
+    return out[0], out[1]

@@ -265,5 +265,10 @@ def _common_rotation(
         # Interfering flanks push each other apart without torque.
         alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
     points = alone.reshape(-1, *alone.shape[2:])
-    sums = np.stack([sum(carried_torque(each, loads, point) for each in alone) for point in points])
+    sums = np.stack(
+        [
+            sum(carried_torque(each, loads[:, None, None], point) for each in alone)
+            for point in points
+        ]
+    )
     return np.stack([crossing(points, sums, sums < whole, whole) for whole in wanted])
