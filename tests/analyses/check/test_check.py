@@ -127,7 +127,21 @@ def test_an_arm_of_which_nothing_is_known_is_not_called_accurate(tmp_path):
     )
     sheet = lostmotion.check(tmp_path / "bare.toml").sheet
     assert "no accuracy can be predicted" in sheet.verdict
+    assert "estimates it by class of drive" in sheet.verdict
     assert sheet.notes.count("a sketch") == 1
+
+
+def test_a_long_way_is_printed_in_metres_without_a_power_of_ten(tmp_path):
+    """As the ±10 m that robot files state for a cart."""
+    (tmp_path / "long.toml").write_text(
+        (
+            'name = "x"\n[[joints]]\nname = "A"\ntype = "prismatic"\nlimits = ["-10 m", "10 m"]\n'
+            'link = { length = "1 m" }\n'
+        ),
+        "utf-8",
+    )
+    row = _rows(lostmotion.check(tmp_path / "long.toml"), "joints")["A"]
+    assert "-10 … 10 m" in [str(each) for each in row.cells]
 
 
 @pytest.mark.parametrize(

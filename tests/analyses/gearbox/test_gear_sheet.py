@@ -729,6 +729,28 @@ def test_what_is_not_specified_is_in_the_headline():
     assert "≥ " in str(figure(rigid, "loop", "wind-up at 200 N m"))
 
 
+def test_a_drawing_without_tolerances_claims_no_perfect_play():
+    """Where nothing that opens play is described, play and lost motion are lower bounds, in the
+    headline and on the cards; a relief, a tolerance or a preload is a description.
+    """
+
+    def cards(found):
+        return {card.title: card.number for card in found.sheet.cards}
+
+    plain = {key: value for key, value in PLAIN.items() if key != "relief"}
+    part = CycloidalGearbox.model_validate(plain, context={"text": True})
+    bare = replace(gear(part, 100.0, gearboxes=24), name="bare")
+    assert "Play is at least 0 arcmin and lost motion at least 0." in bare.sheet.verdict
+    assert "no relief, clearance or tolerance is described" in bare.sheet.verdict
+    assert cards(bare)["play"] == "≥ 0 arcmin"
+    assert cards(bare)["lost motion"].startswith("≥ 0.")
+    for stated in ({"relief": {"roller": "4 µm"}}, {"flank_form": "2 µm"}):
+        part = CycloidalGearbox.model_validate({**plain, **stated}, context={"text": True})
+        found = replace(gear(part, 100.0, gearboxes=24), name="stated")
+        assert " on average over 24 simulated gearboxes" in found.sheet.verdict
+        assert "≥" not in cards(found)["play"] + cards(found)["lost motion"]
+
+
 def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
     """Discs that press on each other: one wind-up in all three tables, above zero down to a small
     torque, and more of it under more torque.

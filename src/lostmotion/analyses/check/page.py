@@ -5,7 +5,7 @@ and ideal.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from lostmotion.parts.joint import Joint
     from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
+
+# Ranges from here on are printed in metres, m.
+_LONG: Final = 10.0
 
 
 def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
@@ -104,7 +107,8 @@ def _verdict(known: States, file: str) -> str:
         return (
             f"No mistake was found in the file, and {NOT_DESCRIBED}. What is missing: "
             "gearboxes, bearings, encoders, sections or tolerances. "
-            f"`lostmotion study {file}` prints lines to start from."
+            f"`lostmotion study {file}` estimates it by class of drive, and prints lines to start "
+            "from."
         )
     return " ".join(
         [
@@ -218,6 +222,8 @@ def _row(joint: Joint, load: float | None) -> tuple[str, *tuple[Cell | str, ...]
         return joint.name, "fixed" if joint.type == "fixed" else "passive", link, mass, "-", "-"
     low, high = joint.limits
     scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
+    if joint.type != "revolute" and max(abs(low), abs(high)) >= _LONG:
+        scale, unit = 1.0, " m"
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
     limit = "-" if rated is None else Cell(float(rated), joint.load_unit, stated=True)
     between = f"{scale * low:.4g} … {scale * high:.4g}{unit}"

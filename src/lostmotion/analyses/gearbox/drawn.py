@@ -23,6 +23,7 @@ from lostmotion.reporting.sheet import Card, Cell, table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lostmotion.analyses.gearbox.loop import Bound
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing, Lobes
     from lostmotion.reporting.sheet import Section
@@ -43,7 +44,12 @@ def verdict_of_drawing(
     )
     most = _quantile(drawn.lost_motion, 0.95)
     average = f"Play {free} and lost motion {lost} on average over {count} simulated gearboxes"
-    out = [f"{average}; 95 % have a lost motion below {most}."]
+    out = [
+        f"Play is at least {free} and lost motion at least {lost}: no relief, clearance or "
+        "tolerance is described."
+        if without_play(drawn)
+        else f"{average}; 95 % have a lost motion below {most}."
+    ]
     if drawn.members:
         name, angle = next(iter(drawn.members.items()))
         share = 100 * angle / float(drawn.read.wind_up.mean())
@@ -63,6 +69,13 @@ def verdict_of_drawing(
     return " ".join(out)
 
 
+def without_play(drawn: ExaminedDrawing) -> bool:
+    """Return whether a drawing describes nothing that opens play, and no gearbox is preloaded: real
+    ones then have more.
+    """
+    return not (drawn.play.any() or drawn.jammed or np.ptp(drawn.lost_motion))
+
+
 def cards_of_drawing(
     gearbox: CycloidalGearbox, drawn: ExaminedDrawing, load: str
 ) -> Iterator[Card]:
@@ -70,14 +83,15 @@ def cards_of_drawing(
     read, span = drawn.read, drawn.transmission.peak_to_peak[-1]
     free, lost = (_quantile(each, 0.95) for each in (drawn.play, drawn.lost_motion))
 
-    def mean(values: Floats, unit: str = "arcmin") -> str:
-        return str(over_samples(values, unit))
+    def mean(values: Floats, unit: str = "arcmin", bound: Bound = "") -> str:
+        return str(over_samples(values, unit, "", bound))
 
+    least: Bound = "lower" if without_play(drawn) else ""
     yield Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output")
-    yield Card("play", mean(drawn.play), f"mean; 95th percentile {free}")
+    yield Card("play", mean(drawn.play, bound=least), f"mean; 95th percentile {free}")
     yield Card(
         "lost motion",
-        mean(drawn.lost_motion),
+        mean(drawn.lost_motion, bound=least),
         f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}",
     )
     yield Card("wind-up", mean(read.wind_up), f"mean at {load}, beyond the play")
