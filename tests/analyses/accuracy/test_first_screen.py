@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
+from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars, rms_bars
 from lostmotion.error_model.budget import Cost
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.error_model.remedies import STAGES
+from lostmotion.error_model.remedies import OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN, STAGES
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.sheet import Bar, Bars, Cell
 
@@ -92,3 +92,14 @@ def test_where_nothing_errs_there_are_no_bars(z_arm_study):
     assert remedy_bars(replace(z_arm_study.waterfall, stages=stages)) == ()
     assert blame_bars([replace(_cost("A", 0.0), alone=0.0)], {}, "") == ()
     assert Bars("", "", "", (Bar("", Cell(0.0, "mm"), 0.0),)).ends == (0.0, 1.0)
+
+
+def test_a_remedy_of_all_described_errors_is_no_perfect_arm():
+    """A bar of zero says that no described error is left, not that the arm errs by 0 µm."""
+    left = dict.fromkeys(
+        (*STAGES, SIDE_KNOWN, SIDE_AND_LOAD, OUTPUT_ENCODERS), Estimate(1e-4, 9e-5, 1.1e-4)
+    )
+    left[STAGES[-1]] = Estimate(0.0, 0.0, 0.0)
+    (block,) = rms_bars(left, 64)
+    assert str(block.bars[-1].figure) == "none described"
+    assert (block.bars[-1].size, str(block.bars[0].figure)) == (0.0, "100 µm")

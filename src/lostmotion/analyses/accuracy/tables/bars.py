@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.remedies import OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN, STAGES
@@ -140,7 +141,10 @@ def _remedy_bars(
         [length(left[name].value, left[name].low, left[name].high, counted) for name in names]
     )
     bars = tuple(
-        Bar(label, figure, figure.value)
+        # a zero is one of the errors that the file describes, not of the arm
+        Bar(
+            label, figure if figure.value else replace(figure, words="none described"), figure.value
+        )
         for label, figure in zip(names.values(), figures, strict=True)
     )
     return (Bars(key, "What can be done about it", column, bars, note=note),)
