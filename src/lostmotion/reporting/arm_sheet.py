@@ -76,7 +76,10 @@ def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> 
 def _bounded_block(block: Bars, sign: Literal["", "lower"]) -> Bars:
     return replace(
         block,
-        bars=tuple(replace(bar, figure=replace(bar.figure, bound=sign)) for bar in block.bars),
+        bars=tuple(
+            bar if bar.figure.words else replace(bar, figure=replace(bar.figure, bound=sign))
+            for bar in block.bars
+        ),
     )
 
 
