@@ -247,6 +247,26 @@ def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
     assert one.result()["max_payload"]["not_rated"] == ["shoulder"]
 
 
+def test_sag_and_accuracy_without_a_described_stiffness_set_no_limit_for_want_of_data(tmp_path):
+    """They are not known, so the payload that the drives hold is an upper bound; without such
+    limits it is none, and no error is printed that could be one.
+    """
+    soft = PLANAR.replace('stiffness = "20 N m/arcmin", ', "").replace(
+        'stiffness = "5 N m/arcmin", ', ""
+    )
+    arm = arm_of(tmp_path, soft)
+    found = lostmotion.statics(arm, poses=64, sag_limit="1 mm", accuracy_limit="2 mm").sheet
+    rows = next(section for section in found.sections if section.key == "payload").rows
+    assert [figure.words for figure in rows[1].cells + rows[2].cells] == ["not known"] * 6
+    assert "No error that grows with the payload is described, so sag and accuracy set no" in (
+        found.verdict
+    )
+    assert "is at most " in found.verdict
+    alone = lostmotion.statics(arm, poses=64, max_payload=True).sheet
+    assert "at most" not in alone.verdict
+    assert "errors are at least" not in alone.verdict
+
+
 def test_each_criterion_is_answered_with_what_governs_and_where(tmp_path):
     """A limit of sag or accuracy asks for the payload as well; the smallest of the three is the
     headline's, with its pose in result.json.

@@ -29,7 +29,7 @@ from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.reporting.arm_sheet import bounded_cards, with_arm
-from lostmotion.reporting.provenance import caveats
+from lostmotion.reporting.provenance import assumed_value_sentences, caveats
 from lostmotion.reporting.sheet import Card, Cell, Sheet, several, table
 
 if TYPE_CHECKING:
@@ -153,13 +153,16 @@ def statics_sheet(
 def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     elastic = of_compliance(known)
     behind = elastic if payload is None else known
+    compliance = compliance_sentences(survey, elastic)
+    errors = compliance or (payload is not None and len(payload.limits) > 1)
     return " ".join(
         [
             *payload_sentences(survey.arm, payload, known),
             *_torque_sentence(survey),
-            *compliance_sentences(survey, elastic),
+            *compliance,
             *(
-                caveats(behind, missing=False)
+                # loads and ratings alone rest on no described error
+                (caveats(behind, missing=False) if errors else assumed_value_sentences(known))
                 if known.described
                 else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."]
             ),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.error_model.provenance import of_compliance
 from lostmotion.reporting.joint_values import joint_values, tool_place
 from lostmotion.reporting.provenance import share_within_bounded
 from lostmotion.reporting.sheet import Card, Cell, length, several, table
@@ -48,7 +49,13 @@ def payload_sentences(arm: Arm, found: MaxPayload | None, known: States) -> list
         out.append(
             f"No rated torque is stated for {', '.join(found.unrated)}: {whose} not counted."
         )
-    elif governing is None:
+    unknown = _not_known(found, known)
+    if unknown:
+        out.append(
+            f"No error that grows with the payload is described, so {' and '.join(unknown)} set no "
+            "limit: that is missing data, not strength."
+        )
+    elif governing is None and not found.unrated:
         out.append("None of these criteria limits the payload.")
     return out
 
@@ -62,7 +69,7 @@ def payload_cards(arm: Arm, found: MaxPayload | None, known: States) -> list[Car
         return [
             Card(
                 "largest payload, every pose",
-                "not known" if found.unrated else _NO_LIMIT,
+                "not known" if found.unrated or _not_known(found, known) else _NO_LIMIT,
                 _counted_by(found),
             )
         ]
@@ -134,10 +141,16 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
 
 def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> tuple[Any, ...]:
     counted = several(len(each.values), "pose")
-    unknown = each.criterion == "drives" and _nothing_rated(found)
+    unlimited = (
+        "not rated"
+        if each.criterion == "drives" and _nothing_rated(found)
+        else "not known"
+        if each.criterion in _not_known(found, known)
+        else _NO_LIMIT
+    )
     bound = bool(found.unrated if each.criterion == "drives" else known.lower_bound)
     figures = (
-        ("not rated" if unknown else _NO_LIMIT)
+        unlimited
         if math.isinf(value)
         else Cell(value, "kg", samples=counted, bound="upper" if bound else "")
         for value in (each.everywhere, float(np.median(each.values)), float(each.values.max()))
@@ -179,11 +192,24 @@ def _bounded(each: PayloadLimit, found: MaxPayload, known: States) -> str:
     text = str(Cell(each.everywhere, "kg"))
     return (
         f"at most {text}"
-        if found.unrated
+        if found.unrated or _not_known(found, known)
         else share_within_bounded(text, known)
         if each.criterion != "drives"
         else text
     )
+
+
+def _not_known(found: MaxPayload, known: States) -> list[str]:
+    """Return the criteria that limit nothing because the errors that they limit are not
+    described.
+    """
+    return [
+        each.criterion
+        for each in found.limits
+        if each.criterion != "drives"
+        and math.isinf(each.everywhere)
+        and of_compliance(known).lower_bound
+    ]
 
 
 def _nothing_rated(found: MaxPayload) -> bool:
