@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lostmotion.cli import generator
+from lostmotion.cli import answering
 from lostmotion.cli.app import _carried_out
 from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
 
@@ -162,7 +162,7 @@ def test_memory_that_ends_after_the_results_are_written_leaves_them(tmp_path, mo
         raise error
 
     out = tmp_path / "out"
-    monkeypatch.setattr(generator, "_show_answers", fails)
+    monkeypatch.setattr(answering, "_show_answers", fails)
     monkeypatch.setattr(
         sys,
         "argv",
