@@ -19,6 +19,7 @@ import lostmotion
 from lostmotion.controller_model.controller import Controller
 from lostmotion.laws.distributions import Cosine, Normal, Sine
 from lostmotion.mechanism.state import state_of
+from tests.arms import arm_of
 from tests.error_model.test_continuity import scara
 from tests.parts.random_arms import EXAMPLES, random_arm
 
@@ -56,6 +57,9 @@ ARMS = {
     "scara": functools.partial(scara, payload={"mass": 2.0}),
     "seven joints": functools.partial(random_arm, 26),
     "gantry": functools.partial(lostmotion.read, EXAMPLES / "gantry.toml"),
+    "servos": functools.partial(
+        arm_of, 4, servo={"stiffness": 3e4, "gravity_compensation": 0.6, "dead_band": 1e-4}
+    ),
 }
 PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="neither gcc nor clang is installed")

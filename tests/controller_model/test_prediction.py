@@ -25,6 +25,7 @@ from lostmotion.controller_model.controller import (
 )
 from lostmotion.controller_model.percentile import percentile95
 from lostmotion.mechanism.arm import MOST_JOINTS
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
 from lostmotion.units import Toleranced
 from tests.parts.random_arms import EXAMPLES, random_poses
@@ -178,6 +179,26 @@ def test_the_percentile_is_that_of_the_study_where_errors_are_nearly_normal():
         found = lostmotion.controller(arm, accurate_length=accurate).predict(q).length95
         np.testing.assert_allclose(found, study, rtol=0.015)
         assert np.median(np.abs(found / study - 1)) < 0.001
+
+
+@pytest.mark.parametrize("force", [0.0, -30.0])
+def test_a_servo_knows_the_weights_alone(force):
+    """Fed forward 60 % of a weight, a servo droops by the rest of its torque and by all of that of
+    a process force, in closed form at the command and at the wanted pose.
+    """
+    joint = {"name": "A", "type": "revolute", "axis": "-y", "limits": (-3.0, 3.0)}
+    joint["servo"] = {"stiffness": 2e3, "gravity_compensation": 0.6}
+    joint["link"] = {"length": 1.0, "direction": "x", "rigid": True}
+    payload = {"mass": 10.0, "force": (0.0, 0.0, force)}
+    arm = Arm(name="servo", joints=[joint], payload=payload)
+    found = lostmotion.controller(arm)
+    weight, q = 10.0 * 9.80665, np.array([[0.0], [0.5]])
+    # the process force turns with the tool
+    torque = 0.4 * weight * np.cos(q[:, 0]) - force
+    np.testing.assert_allclose(found.predict(q).joints[:, 0], -torque / 2e3, rtol=1e-12)
+    np.testing.assert_allclose(found.compensate(q).command[:, 0], q[:, 0] + torque / 2e3, rtol=1e-9)
+    stands = state_of(arm, found.compensate(q).command).settled().frames[-1]
+    np.testing.assert_allclose(stands, state_of(arm, q).frames[-1], atol=1e-9)
 
 
 def test_wind_up_of_one_joint():

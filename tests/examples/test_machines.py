@@ -50,6 +50,8 @@ MACHINES = (
     # One servo with a spring repeats to ±0.3 mm at 100 mm (SO-ARM100, issue 134): five of them at
     # up to 400 mm.
     ("printed-hobby-arm.toml", 1.64e-3, 4.44e-3, 13.4e-3, (0.3e-3, 3e-3)),
+    # Actuators with PD control; dead bands as users set them, nothing is printed.
+    ("servo-arm.toml", 0.578e-3, 1.04e-3, 6.60e-3, None),
     # The maker prints ±0.03 mm, from one side.
     ("ur5e.urdf", 6.88e-6, 44.6e-6, 0.909e-3, None),
     # The paper prints none; cycloidal arms of this size are sold with hundredths of a millimetre.

@@ -125,6 +125,15 @@ def test_an_explicit_sidecar_may_lie_anywhere(urdf, tmp_path):
     assert arm.moving[1].encoder.zero == pytest.approx(math.radians(1 / 60))
 
 
+def test_a_sidecar_takes_a_servo(urdf):
+    """A joint whose servo stands in the sidecar droops by the torque that is not fed forward."""
+    servo = 'servo = { stiffness = "60 N m/rad", gravity_compensation = "70 %" }'
+    arm = read(urdf(ROBOT, f"[joints.b]\n{servo}\n"))
+    found = arm.moving[1].servo
+    assert (found.stiffness, found.gravity_compensation) == (60.0, pytest.approx(0.7))
+    assert {each.term.cause for each in arm.terms} == {"servo droop", "gravity compensation"}
+
+
 def body(name, mass, centre):
     """Return a link with a weight, as Pinocchio wants it too."""
     inertia = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'

@@ -354,8 +354,8 @@ def _pieces(start: Floats, width: Floats, slope: Floats, arrays: _Arrays) -> tup
 def _curve(curve: ExportedCurve, arrays: _Arrays) -> str:
     first, count = _pieces(curve.start, curve.width, curve.slope, arrays)
     return (
-        f"{{{number(curve.base)}, {int(curve.odd)}, {int(curve.travels)}, {first}, {count}, "
-        f"{numbers(curve.way)}}}"
+        f"{{{number(curve.base)}, {int(curve.odd)}, {int(curve.travels)}, {int(curve.weights)}, "
+        f"{first}, {count}, {numbers(curve.way)}}}"
     )
 
 

@@ -130,13 +130,11 @@ def corrected(
     without = _off(at, standing(tables, wanted, load, gravity, side, at.twists))
     before, after = (_product(each, each, options) for each in (without, left))
     unseen = (_UNSEEN * tables.valid.reach) ** 2
-    if any(record.seats for record in tables.records):
-        # On the way from the command to where it stands, a play may stay on the side that the loads
-        # at the command close.
-        begun = standing(tables, sent, load, gravity, side, np.zeros_like(at.twists))
-        begun = standing(tables, sent, load, gravity, side, begun.twists)
-        off = _off(at, begun)
-        after = np.maximum(after, _product(off, off, options))
+    # On the way from the command to where it stands, a play may stay on the side that the loads at
+    # the command close; and of a soft arm one step from the wanted pose may miss the equilibrium.
+    begun = standing(tables, sent, load, gravity, side, np.zeros_like(at.twists))
+    off = _off(at, standing(tables, sent, load, gravity, side, begun.twists))
+    after = np.maximum(after, _product(off, off, options))
     kept = (after <= _WORTH * before + unseen)[:, None]
     return Corrected(
         np.where(kept, sent, wanted),

@@ -109,13 +109,11 @@ class Factors:
                     () if envelope is None else (self.curve(direction, envelope, odd=False),)
                 )
                 return [((harmonic, *own), self.turn @ direction)]
-            case forms.Spring(direction=direction, curve=curve, odd=odd, travel=travel):
-                return [
-                    (
-                        (self.curve(direction, curve, odd=odd), *self._travel(travel)),
-                        self.turn @ direction,
-                    )
-                ]
+            case forms.Spring(
+                direction=direction, curve=curve, odd=odd, travel=travel, fed_forward=weights
+            ):
+                load = self.curve(direction, curve, odd=odd, weights=weights)
+                return [((load, *self._travel(travel)), self.turn @ direction)]
             case play.HeldPlay(direction=direction) | load_table.LoadTable(direction=direction) if (
                 direction is not None
             ):
@@ -152,8 +150,10 @@ class Factors:
             1.0 if above else -1.0,
         )
 
-    def curve(self, direction: Floats, curve: Curve, *, odd: bool) -> Factor:
-        """Return the factor of a curve of the load along a direction (6,) of the arm's place."""
+    def curve(self, direction: Floats, curve: Curve, *, odd: bool, weights: bool = False) -> Factor:
+        """Return the factor of a curve of the load along a direction (6,) of the arm's place; of
+        the load by the weights alone with `weights`.
+        """
         key = (
             "curve",
             direction.tobytes(),
@@ -161,6 +161,7 @@ class Factors:
             curve.value.tobytes(),
             curve.beyond,
             odd,
+            weights,
         )
         if key not in self._known:
             self._known[key] = len(self.curves)
@@ -168,7 +169,13 @@ class Factors:
             width = np.append(np.diff(curve.load), math.inf)
             self.curves.append(
                 ExportedCurve(
-                    self.turn @ direction, odd, float(curve.value[0]), curve.load, width, slope
+                    self.turn @ direction,
+                    odd,
+                    float(curve.value[0]),
+                    curve.load,
+                    width,
+                    slope,
+                    weights,
                 )
             )
         return ("curve", self._known[key], 0)

@@ -75,18 +75,19 @@ def tool_error(
     load: Floats,
     gravity: Floats,
     side: Floats,
-    factors_of: Callable[[Record, Floats, Floats], PredictionFactors],
+    factors_of: Callable[[Record, Floats, Floats, Floats], PredictionFactors],
 ) -> ToolError:
     """Return state and error of the tool at valid inputs, in the shapes of `Controller.predict`.
 
-    factors_of  function that evaluates the factors of a record from the joint value (pose,) and the
-                wrench (pose, 6) in the axes of the place
+    factors_of  function that evaluates the factors of a record from the joint value (pose,), the
+                wrench and the part of it by the process force (pose, 6) in the axes of the place
 
     Only additions, products, sines and cosines: the arrays may hold symbols in place of numbers.
     """
     (count, joints), kind = q.shape, q.dtype
     turns, points = frames(tables, q)
     carried = wrenches(tables, turns, points, load, gravity)
+    process = process_wrenches(tables, turns, points, load)
     tool = points[-1]
     torques, along, jacobian = (
         np.zeros((count, joints), kind),
@@ -113,7 +114,7 @@ def tool_error(
             if record.joint >= 0
             else (np.zeros(count), np.zeros(count))
         )
-        factors = factors_of(record, value, carried[k])
+        factors = factors_of(record, value, carried[k], process[k])
         found.append(factors)
         fall = np.einsum("pij,pi->pj", turns[k], gravity)
         mean, spread, own = local_error(record, factors.values, last)
@@ -223,6 +224,15 @@ def wrenches(
     return np.concatenate(local, axis=2)
 
 
+def process_wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats) -> Floats:
+    """Return the part of `wrenches` by the process force and moment; zeros where no curve needs
+    it.
+    """
+    if not tables.fed_forward:
+        return np.zeros((*points.shape[:2], 6))
+    return wrenches(tables, turns, points, load, np.zeros((len(load), 3)))
+
+
 def local_error(
     record: Record, factors: Sequence[Floats], side: Floats
 ) -> tuple[Floats, Floats, list[Floats]]:
@@ -276,14 +286,14 @@ def _sum(
     return out
 
 
-def factors_of(record: Record, value: Floats, wrench: Floats) -> PredictionFactors:
+def factors_of(record: Record, value: Floats, wrench: Floats, process: Floats) -> PredictionFactors:
     """Return the factors of a record at joint values (pose,), rad or m, and wrenches (pose, 6) in
-    the axes of its place.
+    the axes of its place, with the part of them by the process force.
     """
     out = [np.ones(len(value))]
-    out += [
-        _curve(curve, value if curve.travels else wrench @ curve.way) for curve in record.curves
-    ]
+    for curve in record.curves:
+        load = (wrench - process if curve.weights else wrench) @ curve.way
+        out.append(_curve(curve, value if curve.travels else load))
     for harmonic in record.harmonics:
         phase = harmonic.order * (harmonic.turns * value)
         out.append(np.cos(phase) if harmonic.cosine else np.sin(phase))

@@ -87,9 +87,13 @@ def with_combined_springs(terms: Iterable[PlacedTerm]) -> list[PlacedTerm]:
         ]
         owners = tuple(draw.shared or each.owner for draw in drawn)
         springs.setdefault(
-            (each.place, owners, each.term.robot, each.term.visit, line, form.odd, form.travel), []
+            (each.place, owners, each.term.robot, each.term.visit, line, *_law(form)), []
         ).append(each)
     return [*out, *(_combined(group) if len(group) > 1 else group[0] for group in springs.values())]
+
+
+def _law(spring: Spring) -> tuple[bool, Curve | None, bool]:
+    return spring.odd, spring.travel, spring.fed_forward
 
 
 def _line(spring: Spring) -> Floats:

@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lostmotion.controller_model.prediction import expected_twist, factors_of, frames, wrenches
+from lostmotion.controller_model.prediction import (
+    expected_twist,
+    factors_of,
+    frames,
+    process_wrenches,
+    wrenches,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,6 +43,7 @@ def standing(
     """
     turns, points = frames(tables, q, twists)
     carried = wrenches(tables, turns, points, load, gravity)
+    process = process_wrenches(tables, turns, points, load)
     out, beyond = np.zeros_like(twists), np.zeros(len(q), dtype=bool)
     none = np.zeros(len(q))
     for k, record in enumerate(tables.records):
@@ -44,7 +51,7 @@ def standing(
             continue
         moves = record.joint >= 0
         value, last = (q[:, record.joint], side[:, record.joint]) if moves else (none, none)
-        factors = factors_of(record, value, carried[k])
+        factors = factors_of(record, value, carried[k], process[k])
         fall = np.einsum("pij,pi->pj", turns[k], gravity)
         out[k] = expected_twist(record, factors.values, last, carried[k], fall)
         beyond |= factors.beyond

@@ -53,6 +53,7 @@ class ExportedCurve(NamedTuple):
     way    (6,) direction of the load; zero for a factor of the joint value, which takes the place
            of |load|
     start, width, slope  (n,) of each piece; the last width is infinite
+    weights  whether the load is that of the weights alone, without the process force and moment
     """
 
     way: Floats
@@ -61,6 +62,7 @@ class ExportedCurve(NamedTuple):
     start: Floats
     width: Floats
     slope: Floats
+    weights: bool = False
 
     @property
     def travels(self) -> bool:
@@ -249,6 +251,13 @@ class Tables:
     load: Floats
     gravity: Floats
     valid: Validity
+
+    @property
+    def fed_forward(self) -> bool:
+        """Return whether a factor follows the weights alone: then the wrenches of the process force
+        are needed as well.
+        """
+        return any(curve.weights for record in self.records for curve in record.curves)
 
     @property
     def start(self) -> Floats:

@@ -46,19 +46,28 @@ def unrolled_source(tables: Tables, version: str) -> str:
     )
     places = {id(record): k for k, record in enumerate(tables.records)}
 
-    def factors_of(record: Record, value: Floats, wrench: Floats) -> PredictionFactors:
+    def factors_of(
+        record: Record, value: Floats, wrench: Floats, process: Floats
+    ) -> PredictionFactors:
         k = places[id(record)]
         if k in tabulated:
             words = "".join(f"local.wrench[{i}] = {{{i + 1}}};\n    " for i in range(6))
+            given = [value[0], *wrench[0]]
+            if any(curve.weights for curve in record.curves):
+                words += "".join(f"local.process[{i}] = {{{i + 7}}};\n    " for i in range(6))
+                given += [*process[0]]
             done = found.statement(
-                f"{words}lm_find_factors(&lm_places[{k}], {{0}}, &local);", value[0], *wrench[0]
+                f"{words}lm_find_factors(&lm_places[{k}], {{0}}, &local);", *given
             )
             count = max((each for size in record.sizes for each in size), default=0) + 1
             values: list[Number] = [
                 found.result(done, f"local.factors[{each}]") for each in range(1, count)
             ]
         else:
-            values = [_curve(found, curve, wrench @ curve.way) for curve in record.curves]
+            values = [
+                _curve(found, curve, (wrench - process if curve.weights else wrench) @ curve.way)
+                for curve in record.curves
+            ]
             phases = [each.order * each.turns * value[0] for each in record.harmonics]
             values += [
                 phase.cos() if each.cosine else phase.sin()

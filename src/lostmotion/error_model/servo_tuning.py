@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 # Poses at which the tunings are compared at most.
-_POSES: Final = 256
+MOST_POSES: Final = 256
 TUNINGS: Final = (
     "as described",
     "twice the stiffness",
@@ -39,7 +39,7 @@ def tuned_rms(arm: Arm, q: Floats, *, approach: float = 0.0) -> dict[str, float]
     """
     if not any(joint.servo is not None and joint.servo.droops for joint in arm.driven):
         return {}
-    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), _POSES)).astype(int))
+    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), MOST_POSES)).astype(int))
     out = {}
     for tuning in TUNINGS:
         joints = tuple(_tuned(joint, tuning) if has_drive(joint) else joint for joint in arm.joints)

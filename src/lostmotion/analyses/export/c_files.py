@@ -214,6 +214,7 @@ def _header(model: Controller, head: str, *, single: bool, unroll: bool) -> str:
         "SIZES": sizes.sizes,
         "SEATS": sizes.seats,
         "TABLES": sizes.tables,
+        "FED_FORWARD": int(model.tables.fed_forward),
         "DRAWS": sizes.draws,
         "VECTORS": _VECTORS,
     }

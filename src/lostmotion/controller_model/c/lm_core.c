@@ -434,6 +434,9 @@ static int lm_displacements(const lm_load_table *table, const lm_real loads[][3]
 
 typedef struct {
     lm_real wrench[6];
+#if LM_FED_FORWARD > 0
+    lm_real process[6]; /* part of the wrench by the process force and moment */
+#endif
     lm_real gravity[3];
     lm_real factors[LM_FACTORS];
     lm_real sizes[LM_SIZES];
@@ -455,7 +458,12 @@ static void lm_find_factors(const lm_place *place, lm_real value, lm_local *loca
     factors[0] = LM_ONE;
     for (k = place->curve; k < place->curve + place->curves; k++) {
         const lm_curve *curve = &lm_curves[k];
+#if LM_FED_FORWARD > 0
+        const lm_real known = (curve->weights != 0) ? lm_dot6(curve->way, local->process) : LM_ZERO;
+        const lm_real load = lm_dot6(curve->way, local->wrench) - known;
+#else
         const lm_real load = lm_dot6(curve->way, local->wrench);
+#endif
         const lm_real size = lm_pieces_at((curve->travels != 0) ? value : LM_FABS(load), curve->base, curve->first, curve->count);
         factors[count] = (curve->odd != 0) ? lm_sign(load) * size : size;
         count++;
@@ -876,6 +884,26 @@ static void lm_add_entries(const lm_local *local, int first, int count, lm_real 
     }
 }
 
+#if LM_FED_FORWARD > 0
+/* Wrench of the process force and moment on a place, in its own axes. */
+static void lm_process(const lm_input *input, const lm_state *state, int k, lm_real out[6])
+{
+    const lm_real *tool = state->turn[LM_PLACES - 1];
+    lm_real force[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real moment[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real arm[3];
+    int i;
+    for (i = 0; i < 3; i++) {
+        arm[i] = state->point[LM_PLACES - 1][i] - state->point[k][i];
+    }
+    lm_add_turned(tool, &input->load[4], force);
+    lm_add_turned(tool, &input->load[7], moment);
+    lm_add_cross(arm, force, moment);
+    lm_into(state->turn[k], moment, &out[0]);
+    lm_into(state->turn[k], force, &out[3]);
+}
+#endif
+
 /* Wrench and expected twist of a place in its own axes, and what of it is linear in the loads. */
 static void lm_expect(const lm_input *input, const lm_real q[LM_JOINTS], const lm_state *state, int k, lm_local *local, lm_real linear[6], lm_real mean[6])
 {
@@ -893,6 +921,9 @@ static void lm_expect(const lm_input *input, const lm_real q[LM_JOINTS], const l
     local->behind[1] = -side;
     local->behind[2] = LM_ONE - side * side;
     lm_into(state->turn[k], input->gravity, local->gravity);
+#if LM_FED_FORWARD > 0
+    lm_process(input, state, k, local->process);
+#endif
     lm_find_factors(place, value, local);
     lm_find_sizes(place, local);
     for (i = 0; i < 6; i++) {
@@ -1398,9 +1429,7 @@ static void lm_copy_twists(const lm_real from[LM_PLACES][6], lm_real to[LM_PLACE
     }
 }
 
-#if LM_SEATS > 0
 static const lm_real lm_rigid[LM_PLACES][6] = {{LM_ZERO}};
-#endif
 
 /* The command for valid inputs, from the prediction at the wanted pose with its twists. */
 static void lm_correct(const lm_input *input, const lm_options *options, const lm_output *at, const lm_real start[LM_PLACES][6], lm_command *command)
@@ -1456,13 +1485,12 @@ static void lm_correct(const lm_input *input, const lm_options *options, const l
     (void)lm_stand(input, at, input->q, twists, without);
     before = lm_inner(without, without, options->whole_pose);
     after = lm_inner(command->left, command->left, options->whole_pose);
-#if LM_SEATS > 0
-    /* On the way from the command to where it stands, a play may stay on the side that the loads at the command close. */
+    /* On the way from the command to where it stands, a play may stay on the side that the loads at the command close; and of a soft arm one step from
+     * the wanted pose may miss the equilibrium. */
     lm_copy_twists(lm_rigid, twists);
     (void)lm_stand(input, at, command->q, twists, gap);
     (void)lm_stand(input, at, command->q, twists, gap);
     after = lm_largest_of(after, lm_inner(gap, gap, options->whole_pose));
-#endif
     reduced = (after > before + LM_UNSEEN * LM_UNSEEN) ? 1 : reduced;
     if (after > LM_WORTH * before + LM_UNSEEN * LM_UNSEEN) {
         for (j = 0; j < LM_JOINTS; j++) {

@@ -8,10 +8,11 @@ typedef struct {
     lm_real start, width, slope;
 } lm_piece;
 
-/* base + sum of slope x clip(|load| - start, 0, width); odd: times the sign of the load; travels: of the joint value in place of |load| */
+/* base + sum of slope x clip(|load| - start, 0, width); odd: times the sign of the load; travels: of the joint value in place of |load|;
+ * weights: of the load by the weights alone */
 typedef struct {
     lm_real base;
-    int odd, travels, first, count; /* pieces */
+    int odd, travels, weights, first, count; /* pieces */
     lm_real way[6];
 } lm_curve;
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.error_model.servo_tuning import tuned_rms
-from lostmotion.reporting.sheet import Row, Section, in_one_unit, length
+from lostmotion.error_model.servo_tuning import MOST_POSES, tuned_rms
+from lostmotion.reporting.sheet import Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
@@ -18,7 +18,8 @@ def servo_sections(answer: Answer) -> tuple[Section, ...]:
     found = tuned_rms(answer.arm, answer.poses.q, approach=answer.approach)
     if not found:
         return ()
-    cells = in_one_unit([length(each) for each in found.values()])
+    visited = several(min(len(answer.poses), MOST_POSES), "pose")
+    cells = in_one_unit([length(each, samples=visited) for each in found.values()])
     return (
         Section(
             "servos",
