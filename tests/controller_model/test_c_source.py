@@ -58,7 +58,7 @@ ARMS = {
     "seven joints": functools.partial(random_arm, 26),
     "gantry": functools.partial(lostmotion.read, EXAMPLES / "gantry.toml"),
     "servos": functools.partial(
-        arm_of, 4, servo={"stiffness": 3e4, "gravity_compensation": 0.6, "dead_band": 1e-4}
+        arm_of, 3, servo={"stiffness": 2e5, "gravity_compensation": 0.6, "dead_band": 1e-4}
     ),
 }
 PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
