@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import LABELS, Tally, budget_changes, tally
 from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.error_model.remedies import remaining, screws_at_stage
+from lostmotion.error_model.remedies import MEASURED, remaining, remaining_rms, screws_at_stage
 from lostmotion.laws.distributions import Cosine, Sine
 from lostmotion.mechanism.calibration import Calibration, known_streams
 from lostmotion.mechanism.standing import standing
@@ -120,6 +121,26 @@ def test_remedies_remove_columns_of_a_calibrated_arm():
     left = remaining(matrix.infos, "output encoders", frozenset())
     shift = screws_at_stage(calibrated, q, "output encoders").merged.tool[:, 3:]
     assert matrix.square_sum(left) == pytest.approx(float((shift**2).sum()), rel=1e-9)
+
+
+def test_the_step_of_the_measured_poses_leaves_what_is_uncertain():
+    """A controller that corrects the estimates leaves the arm of the same estimates with mean zero;
+    an arm that is not calibrated has no such step.
+    """
+    calibration = calibration_of(Z_ARM)
+    poses = sample_poses(Z_ARM, 64)
+    left = remaining_rms(Z_ARM.calibrated(calibration), poses)
+    uncertain = replace(calibration, mean=np.zeros_like(calibration.mean))
+    expected = remaining_rms(Z_ARM.calibrated(uncertain), poses)
+    assert left[MEASURED].value == pytest.approx(expected["as manufactured"].value, rel=5e-3)
+    assert left[MEASURED].value != pytest.approx(left["as manufactured"].value, rel=0.02)
+    assert MEASURED not in remaining_rms(Z_ARM, poses)
+    found = lostmotion.study(Z_ARM.calibrated(calibration), poses=64, robots=32, visits=2)
+    groups = [group for section in found.sheet.sections for group in getattr(section, "bars", ())]
+    groups += getattr(found.sheet, "bars", ())
+    bars = [bar.label for group in groups for bar in group.bars]
+    assert MEASURED in bars
+    assert found.plots
 
 
 def test_halving_one_part_leaves_what_its_budget_states():

@@ -25,6 +25,9 @@ Torque sensors      know the load of each drive: they remove its nominal wind-up
                     backlash that the load closes, a part of what load compensation removes. They do
                     not measure bending, the stiffness of a robot, or the last motion.
 
+Calibrated with     removes the estimates of a calibrated robot: the controller corrects what was
+the poses measured  measured of it. What remains uncertain of them stays.
+
 What all of them together leave scatters from visit to visit: encoder, servo, friction, open
 clearances. Only other parts reduce it.
 
@@ -64,6 +67,7 @@ ONE_SIDE: Final = "arriving from one side"
 SIDE_KNOWN: Final = "side known"
 SIDE_AND_LOAD: Final = "side known, load compensated"
 ALL_KNOWN: Final = "side known, both, and each robot mapped"
+MEASURED: Final = "calibrated with the poses measured"
 OUTPUT_ENCODERS: Final = "output encoders"
 TORQUE_SENSORS: Final = "torque sensors"
 # Remedies besides those that follow each other in `STAGES`.
@@ -74,9 +78,20 @@ _DRIVE: Final = "gearbox"
 _BLOCK: Final = 1024
 
 
-def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
-    """Return 1 for each column that remains at a stage of `EVERY_STAGE`, else 0 (column,);
-    `geometry`: names of terms that ideal calibration finds.
+def stages_of(arm: Arm) -> tuple[str, ...]:
+    """Return the stages of an arm: `EVERY_STAGE`, and `MEASURED` of a calibrated one."""
+    return EVERY_STAGE if arm.calibration is None else (*EVERY_STAGE, MEASURED)
+
+
+def remaining(
+    infos: Sequence[Column],
+    stage: str,
+    geometry: frozenset[str],
+    estimated: frozenset[str] = frozenset(),
+) -> Floats:
+    """Return 1 for each column that remains at a stage of `stages_of`, else 0 (column,);
+    `geometry`: names of terms that ideal calibration finds; `estimated`: of those that were
+    measured.
 
     The columns are those of joints that arrive as the stage requires (`approach_at_stage`).
     """
@@ -91,6 +106,7 @@ def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> 
     mapped = stage in {"both, and each robot mapped", ALL_KNOWN}
     removed = [
         (calibrated and info.name in geometry)
+        or (stage == MEASURED and info.level == "design" and info.name in estimated)
         or (compensated and info.level == "design")
         or (mapped and info.level == "robot")
         or (stage == SIDE_KNOWN and info.level == "design" and info.of.term.sided)
@@ -122,22 +138,30 @@ def geometry_of(arm: Arm) -> frozenset[str]:
     )
 
 
+def estimated_of(arm: Arm) -> frozenset[str]:
+    """Return the names of the terms of which the robot of a calibrated arm was measured."""
+    if arm.calibration is None:
+        return frozenset()
+    terms = (*arm.calibrated(None).terms, *arm.calibration.added)
+    return frozenset(of.name for of in terms if arm.calibration.estimates(of))
+
+
 def screws_at_stage(arm: Arm, q: Floats, stage: str, *, approach: float = 0.0) -> PoseMatrix:
-    """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments
+    """Return the pose matrix of the errors that remain at a stage of `stages_of`; other arguments
     and errors as for `state_of` and `screws`.
     """
     matrix = pose_matrix(arm, q, approach=approach_at_stage(stage, approach))
     return (
         matrix
         if stage == STAGES[0]
-        else matrix.scaled(remaining(matrix.infos, stage, geometry_of(arm)))
+        else matrix.scaled(remaining(matrix.infos, stage, geometry_of(arm), estimated_of(arm)))
     )
 
 
 def remaining_rms(
     arm: Arm, poses: Poses, *, approach: float = 0.0, many: Poses | None = None
 ) -> dict[str, Estimate]:
-    """Return the r.m.s. error (m) at each stage of `EVERY_STAGE`, without sampling.
+    """Return the r.m.s. error (m) at each stage of `stages_of`, without sampling.
 
     The value is exact at the poses, to first order in the errors. The 95 % interval is the
     uncertainty due to their choice, as in `Budget.rms_interval`; `many`: poses by which to check
@@ -145,11 +169,10 @@ def remaining_rms(
     """
     found = _mean_squares(arm, poses, approach)
     if many is None:
-        return {stage: root_mean_square(found[stage]) for stage in EVERY_STAGE}
+        return {stage: root_mean_square(found[stage]) for stage in found}
     beside = _mean_squares(arm, many, approach)
     pairs = {
-        stage: (root_mean_square(found[stage]), root_mean_square(beside[stage]))
-        for stage in EVERY_STAGE
+        stage: (root_mean_square(found[stage]), root_mean_square(beside[stage])) for stage in found
     }
     return {stage: known_ends(here, here, there) for stage, (here, there) in pairs.items()}
 
@@ -158,19 +181,21 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
     """Return the mean square (m^2) over each independent set of the poses (replicate,), by
     stage.
     """
-    geometry = geometry_of(arm)
-    squares: dict[str, list[float]] = {stage: [] for stage in EVERY_STAGE}
+    geometry, estimated, stages = geometry_of(arm), estimated_of(arm), stages_of(arm)
+    squares: dict[str, list[float]] = {stage: [] for stage in stages}
     for q in np.split(poses.q, poses.replicates):
-        sums = dict.fromkeys(EVERY_STAGE, 0.0)
+        sums = dict.fromkeys(stages, 0.0)
         for _, commanded in states_of(arm, q, _BLOCK):
             state = standing(commanded)
             arriving: dict[float, PoseMatrix] = {}
-            for stage in EVERY_STAGE:
+            for stage in stages:
                 side = approach_at_stage(stage, approach)
                 if side not in arriving:
                     arriving[side] = screws(state, approach=side)
                 matrix = arriving[side]
-                sums[stage] += matrix.square_sum(remaining(matrix.infos, stage, geometry))
+                sums[stage] += matrix.square_sum(
+                    remaining(matrix.infos, stage, geometry, estimated)
+                )
         for stage, whole in sums.items():
             squares[stage].append(whole / len(q))
     return {stage: np.array(of_sets) for stage, of_sets in squares.items()}

@@ -141,6 +141,11 @@ class Calibration:
                     "streams", f"{name} with {law}", f"a stream by which the arm is drawn: {near}"
                 )
 
+    def estimates(self, placed: PlacedTerm) -> bool:
+        """Return whether the draw of a term of the arm as its file states it was estimated."""
+        draw = placed.term.robot
+        return draw is not None and _stream(placed, draw) in self.streams
+
     def of(self, terms: Sequence[PlacedTerm]) -> list[PlacedTerm]:
         """Return the terms of this robot: in place of a term with an estimated draw, one with its
         mean and without that draw, and one with what remains uncertain of it. A part that is zero

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, quantile_drop
-from lostmotion.error_model.remedies import EVERY_STAGE, approach_at_stage, geometry_of, remaining
+from lostmotion.error_model.remedies import (
+    approach_at_stage,
+    estimated_of,
+    geometry_of,
+    remaining,
+    stages_of,
+)
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired, Sample, thinned
 
 if TYPE_CHECKING:
@@ -39,7 +45,7 @@ class WaterfallStep:
 
 @dataclass(frozen=True)
 class Waterfall:
-    """The remaining position error at each stage, in the order of `EVERY_STAGE`, from a run of
+    """The remaining position error at each stage, in the order of `stages_of`, from a run of
     `poses` x `robots` x `visits`.
 
     constant  names of the terms that an ideal calibration of the geometry finds, sorted
@@ -70,25 +76,24 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     Intervals count robots and sets of poses. Arguments and errors as for `montecarlo.run`.
     """
     chosen = thinned(poses, _POSES)
-    sides = {approach_at_stage(name, approach) for name in EVERY_STAGE}
+    names = stages_of(arm)
+    sides = {approach_at_stage(name, approach) for name in names}
     arriving = {
         side: Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, side) for side in sides
     }
-    geometry = geometry_of(arm)
+    geometry, estimated = geometry_of(arm), estimated_of(arm)
 
     def sample_at(name: str) -> Sample:
         paired = arriving[approach_at_stage(name, approach)]
-        return paired.run(remaining(paired.matrices[0].infos, name, geometry))
+        return paired.run(remaining(paired.matrices[0].infos, name, geometry, estimated))
 
     samples: list[Sample] = []
     with ThreadPoolExecutor(threads) as pool:
-        for sample in pool.map(sample_at, EVERY_STAGE):
+        for sample in pool.map(sample_at, names):
             samples.append(sample)
             if progress is not None:
-                progress("calibrating and compensating", len(samples), len(EVERY_STAGE))
-    stages = [
-        _stage(name, sample, samples[0]) for name, sample in zip(EVERY_STAGE, samples, strict=True)
-    ]
+                progress("calibrating and compensating", len(samples), len(names))
+    stages = [_stage(name, sample, samples[0]) for name, sample in zip(names, samples, strict=True)]
     plan = arriving[approach].plan
     return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), plan.robots, plan.visits)
 

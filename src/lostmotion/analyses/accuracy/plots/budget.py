@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import pooled_quantile
+from lostmotion.error_model.remedies import MEASURED
 from lostmotion.mechanism.load_causes import CAUSES, OUTBOARD_CAUSES, OWN_WEIGHT
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import factor_of, unit_of_length
@@ -211,6 +212,7 @@ def bending(answer: Answer) -> Figure:
 # the next.
 _STEPS = (
     ("as manufactured", "as\nmanufactured"),
+    (MEASURED, "calibrated with\nposes measured"),
     ("calibrated", "geometry\ncalibrated"),
     ("both", "load\ncompensated"),
     ("both, and each robot mapped", "harmonics,\nstiffness mapped"),
@@ -225,7 +227,8 @@ def waterfall(found: Waterfall) -> Figure:
     it, paler, what the remedy removes.
     """
     stages = {stage.name: stage for stage in found.stages}
-    at = [stages[name].q95 for name, _ in _STEPS]
+    steps = [step for step in _STEPS if step[0] in stages]
+    at = [stages[name].q95 for name, _ in steps]
     shown = in_one_unit([length(each.value, each.low, each.high) for each in at])
     unit, values = shown[0].shown, [figure.as_shown for figure in shown]
     figure, on = one("95th percentile, one remedy after the other", 76)
@@ -261,7 +264,7 @@ def waterfall(found: Waterfall) -> Figure:
             capsize=3,
         )
         text(on, k, max(value, ends[1]), str(remaining), xytext=(0, 4), ha="center", va="bottom")
-    on.set_xticks(range(len(_STEPS)), [words for _, words in _STEPS], color=LIGHT["ink"])
+    on.set_xticks(range(len(steps)), [words for _, words in steps], color=LIGHT["ink"])
     on.tick_params(axis="x", length=0)
     on.set_ylim(0, 1.14 * max(*values, 1e-12))
     label_axes(on, y=f"95th percentile of the error [{unit}]")

@@ -6,7 +6,13 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.remedies import OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN, STAGES
+from lostmotion.error_model.remedies import (
+    MEASURED,
+    OUTPUT_ENCODERS,
+    SIDE_AND_LOAD,
+    SIDE_KNOWN,
+    STAGES,
+)
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.palette import LEVEL_NAMES
 from lostmotion.reporting.sheet import Bar, Bars, Cell, in_one_unit, length, several
@@ -133,8 +139,12 @@ def _remedy_bars(
     """
     if not left[STAGES[0]].value > 0:
         return ()
+    first, *others = _STAGES
+    measured = {MEASURED: MEASURED} if MEASURED in left else {}
     names = {
-        **_STAGES,
+        first: _STAGES[first],
+        **measured,
+        **{stage: _STAGES[stage] for stage in others},
         **{name: text for name, text in _WHERE_THEY_HELP.items() if _helps(left, name)},
     }
     figures = in_one_unit(

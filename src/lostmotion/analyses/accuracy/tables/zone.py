@@ -254,6 +254,10 @@ STAGES: Final = (
 )
 
 
+# Of a calibrated arm, after those above.
+_MEASURED: Final = "the controller corrects the estimates; what is uncertain of them remains"
+
+
 def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Section:
     """Return the effect of calibration and compensation."""
     counted = (
@@ -265,7 +269,8 @@ def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Sec
         in_one_unit([_of(each, counted) for each in column])
         for column in zip(*((s.mean, s.q95) for s in found.stages), strict=True)
     )
-    for stage, text, mean, q95 in zip(found.stages, STAGES, means, left, strict=True):
+    texts = (*STAGES, _MEASURED)[: len(found.stages)]
+    for stage, text, mean, q95 in zip(found.stages, texts, means, left, strict=True):
         off = _of(stage.reduction, counted)
         effect = (
             f"; reduces the 95th percentile by {off} ({off.interval})"
@@ -308,7 +313,7 @@ def rms_section(found: Mapping[str, Estimate], poses: int) -> Section:
     left = in_one_unit([_of(each, counted) for each in found.values()])
     rows = (
         Row(name, (figure,), "" if text == name else text)
-        for name, text, figure in zip(found, STAGES, left, strict=True)
+        for name, text, figure in zip(found, (*STAGES, _MEASURED)[: len(found)], left, strict=True)
     )
     note = (
         "every remedy is ideal, a real one leaves more. Calibration does not find harmonics "
