@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
+from lostmotion.mechanism.closed_arrays import ASSEMBLED
 from lostmotion.mechanism.closed_position import assemble
 
 if TYPE_CHECKING:

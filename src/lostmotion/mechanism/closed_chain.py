@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED, NOT_ASSEMBLED, SINGULAR
+from lostmotion.mechanism.closed_arrays import ASSEMBLED, NOT_ASSEMBLED, SINGULAR
 from lostmotion.mechanism.closed_home import home_of, nearby_rank, rank_of
 from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, size, tool_columns
 from lostmotion.mechanism.closed_position import (

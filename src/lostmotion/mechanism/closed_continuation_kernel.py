@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lostmotion.compiled import compiled
-from lostmotion.mechanism.closed_kernel import MET, close, same_side, write_tool_columns
+from lostmotion.mechanism.closed_arrays import ASSEMBLED, MET, NOT_ASSEMBLED, SINGULAR
+from lostmotion.mechanism.closed_kernel import close, same_side, write_tool_columns
 
-ASSEMBLED, NOT_ASSEMBLED, SINGULAR = range(3)
 # Misfit on the way to another pose, and the shortest part of a step.
 _NEARLY_MET = 1e-3
 _SHORTEST = 2.0**-7

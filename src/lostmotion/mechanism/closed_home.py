@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.closed_arrays import LONGEST_STEP, MET
 from lostmotion.mechanism.closed_jacobian import (
     balance,
     balanced_jacobian,
@@ -18,7 +19,6 @@ from lostmotion.mechanism.closed_jacobian import (
     size,
     twist_units,
 )
-from lostmotion.mechanism.closed_kernel import LONGEST_STEP, MET
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

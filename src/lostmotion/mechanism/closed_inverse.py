@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
+from lostmotion.mechanism.closed_arrays import ASSEMBLED
 from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.closed_inverse_kernel import reach
 from lostmotion.mechanism.closed_jacobian import motion_units, size, twist_units

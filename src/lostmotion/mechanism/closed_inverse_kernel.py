@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from lostmotion.compiled import compiled
+from lostmotion.mechanism.closed_arrays import MET
 from lostmotion.mechanism.closed_kernel import (
-    MET,
     close,
     eliminated,
     move,

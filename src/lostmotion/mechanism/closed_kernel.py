@@ -7,57 +7,15 @@ passive joints are free of units: rad, and lengths as shares of the size of the 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from lostmotion.compiled import compiled
+from lostmotion.mechanism.closed_arrays import LONGEST_STEP
 
-# A closure counts as met below this misfit; Newton's last step is far below it.
-MET = 1e-9
-LONGEST_STEP = 0.3
 MOST_STEPS = 6
 # Share of the normal equations by which freedoms that no closure holds take no step.
 _IDLE = 1e-10
 _SMALL_ANGLE, _NEAR_HALF_A_TURN, _ROUNDING = 1e-4, -0.9, 1e-15
-
-
-class ChainArrays(NamedTuple):
-    """A closed chain in arrays.
-
-    parent, pose, drive, passive  of each place: index of its parent, fixed frame (place, 3, 4), and
-                 the index of the driven or passive joint that moves it; -1 without
-    twist        (place, 6) unit motion of a driven joint
-    first        (passive + 1,) freedoms of each passive joint, one after the other
-    freedom      (freedom, 6) unit motions of the passive joints
-    of           (freedom,) place of each freedom
-    sign         (closure, place) 1 and -1 where a place carries the first or the second frame alone
-    ends, frame  (closure, 2) places that a closure joins, and (closure, 2, 3, 4) the frames there
-    carries      (place,) whether a place carries the tool
-    order        (freedom,) in which freedoms are eliminated: those of fewest closures first
-    units        (freedom,) motions that count as one, rad or m
-    moved        (drive,) place of each drive
-    size         of the chain, m
-    idle         number of freedoms that no closure holds
-    """
-
-    parent: np.ndarray
-    pose: np.ndarray
-    drive: np.ndarray
-    passive: np.ndarray
-    twist: np.ndarray
-    first: np.ndarray
-    freedom: np.ndarray
-    of: np.ndarray
-    sign: np.ndarray
-    ends: np.ndarray
-    frame: np.ndarray
-    carries: np.ndarray
-    order: np.ndarray
-    units: np.ndarray
-    moved: np.ndarray
-    size: float
-    idle: int
 
 
 @compiled

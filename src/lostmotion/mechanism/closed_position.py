@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
-from lostmotion.mechanism.closed_continuation_kernel import assemble as continue_from_home
+from lostmotion.mechanism.closed_arrays import ASSEMBLED, MET, ChainArrays
 from lostmotion.mechanism.closed_home import RANK, home_of
 from lostmotion.mechanism.closed_jacobian import (
     balance,
@@ -28,7 +27,6 @@ from lostmotion.mechanism.closed_jacobian import (
     tool_columns,
     twist_units,
 )
-from lostmotion.mechanism.closed_kernel import MET, ChainArrays
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,6 +96,9 @@ def chain_of(tree: Tree) -> ChainArrays:
 
 def assemble(tree: Tree, q: Floats) -> Assembly:
     """Return the closed chain at these values of the driven joints (pose, joint), rad or m."""
+    # compiled kernels are loaded where they are needed
+    from lostmotion.mechanism.closed_continuation_kernel import assemble as continue_from_home
+
     home, chain, drives = home_of(tree), chain_of(tree), motion_units(tree, tree.moved)
     count = len(q)
     at = np.empty((len(tree.places), 4, 4, count))

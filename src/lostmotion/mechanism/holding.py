@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.closed_arrays import ASSEMBLED
 from lostmotion.mechanism.closed_chain import assembly_of, closed_statics
-from lostmotion.mechanism.closed_continuation_kernel import ASSEMBLED
 from lostmotion.mechanism.frames import place_frames
 from lostmotion.mechanism.wrenches import process_wrenches, weights_by_axis
 from lostmotion.parts.term import Holding
