@@ -18,7 +18,7 @@ from lostmotion.analyses.arguments import (
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import InputError, Problem, refuse_argument
-from lostmotion.io.measured.calibration_header import Instrument
+from lostmotion.io.measured.instrument import Instrument
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:

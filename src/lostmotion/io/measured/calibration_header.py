@@ -17,21 +17,19 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from lostmotion.calibration.instruments import Camera
 from lostmotion.calibration.terms import Deviations
 from lostmotion.errors import Problem, nearest, shown
 from lostmotion.io.limits import listed
+from lostmotion.io.measured.instrument import Instrument
 from lostmotion.unit_registry import ABSOLUTE, UnitError
 from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
-Instrument: TypeAlias = Literal[
-    "tracker", "points", "poses", "distance", "plane", "sphere", "dial", "inclinometer", "tags"
-]
 _LINE: Final = re.compile(
     r"^\s*#\s*(instrument|noise|deviations|payload|temperature|camera|tag size)\s*:\s*(.*)$"
 )

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
     from lostmotion.calibration.instruments import Camera
     from lostmotion.calibration.terms import Deviations
-    from lostmotion.io.measured.calibration_header import Instrument
+    from lostmotion.io.measured.instrument import Instrument
     from lostmotion.io.measured.table import TextTable
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
