@@ -9,7 +9,7 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view.session import Figures, LiveArm, Refused, Session, Workspace
+from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, LiveArm, Refused, Session
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 POSES = 256
@@ -26,7 +26,7 @@ def complete(session):
     """Return the workspace after as many steps as it takes, and their number."""
     for count in range(1, 20):
         found = session.step()
-        if isinstance(found, Workspace):
+        if isinstance(found, ErrorOverWorkspace):
             return found, count
     raise AssertionError("the workspace is not complete")
 
