@@ -75,6 +75,18 @@ def test_an_existing_folder_is_left_alone_without_force(ran):
     assert json.loads(result.read_text())["seed"] == 2
 
 
+def test_a_file_that_is_read_is_not_replaced_by_the_results(tmp_path):
+    """A sized arm lies beside the report of its sizing: --force spares what the command reads."""
+    (tmp_path / "sized").mkdir()
+    (tmp_path / "sized" / "result.json").write_text("{}")
+    arm = tmp_path / "sized" / "sized.toml"
+    arm.write_text((EXAMPLES / "z-arm.toml").read_text("utf-8"), "utf-8")
+    done = lostmotion("study", "sized/sized.toml", "--out", "sized", "--force", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "another folder than that of 'sized/sized.toml', which is read" in done.stderr
+    assert arm.exists()
+
+
 def test_two_runs_write_the_same_bytes(tmp_path):
     """Same file, version and seed: result.json and arrays.nc are equal byte by byte, on one thread
     or two.

@@ -116,6 +116,22 @@ def test_a_mistake_in_a_leg_is_reported_once_with_its_line(tmp_path):
     assert problem.key == "joints.leg1_slide.limits"
 
 
+def test_mistakes_of_two_copies_of_a_leg_are_two_with_their_lines(tmp_path):
+    """What a copy states itself is its own mistake."""
+    file = tmp_path / "arm.toml"
+    rows = template_text("hexapod").splitlines()
+    copies = [k for k, row in enumerate(rows) if 'name = "leg' in row]
+    for k in (copies[0], copies[2]):
+        rows[k] = rows[k].replace("place = {", 'slide = { limits = "20 mm" }, place = {')
+    file.write_text("\n".join(rows), "utf-8")
+    with pytest.raises(InputError) as refused:
+        lostmotion.read(file)
+    assert [(each.file, each.key) for each in refused.value.problems] == [
+        (f"{file}:{copies[0] + 1}", "joints.leg1_slide.limits"),
+        (f"{file}:{copies[2] + 1}", "joints.leg3_slide.limits"),
+    ]
+
+
 def test_a_home_in_a_parallel_singularity_is_refused():
     """With the distal links in one line the tool of a five-bar is loose."""
     tree = copy.deepcopy(FIVE_BAR)

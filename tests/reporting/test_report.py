@@ -342,6 +342,17 @@ def test_force_spares_what_is_not_ours(tmp_path, stranger):
     assert left_in(target) == [stranger.rstrip("/")]
 
 
+def test_force_spares_an_arm_whose_file_has_a_name_of_ours(tmp_path):
+    """A folder with robot.toml and poses.csv alone is the user's: ours have a report too."""
+    target = tmp_path / "robot"
+    target.mkdir()
+    for name in ("robot.toml", "poses.csv"):
+        (target / name).write_text("mine")
+    with pytest.raises(OutputExistsError, match=r"not ours: 'poses.csv', 'robot.toml'"):
+        write_folder(small_study(), target, force=True)
+    assert left_in(target) == ["poses.csv", "robot.toml"]
+
+
 @pytest.mark.parametrize("force", [False, True])
 def test_a_file_in_the_way_is_kept(tmp_path, force):
     """A file of that name is never replaced by a folder."""

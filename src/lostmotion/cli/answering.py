@@ -58,6 +58,8 @@ def answer(function: Callable[..., Any], question: Question, typed: Mapping[str,
     own = "out" not in common  # a folder that is one of the question's arguments
     force = common.get("force", False)
     out = common.get("out") or (None if common["json"] else _folder(question, given))
+    if out is not None:
+        _refuse_to_replace(_files(question, given), out)
     callbacks = {each.name for each in question.parameters if each.argument.python_only}
     if "ready" in callbacks and out is not None:
         given["ready"] = partial(refuse_existing, out, force=force)
@@ -113,6 +115,32 @@ def _refuse_conflicts(common: Mapping[str, Any]) -> None:
         raise refuse_argument(
             ", ".join(chosen), f"{len(chosen)} of them", "one of them, or none", **{chosen[0]: True}
         )
+
+
+def _refuse_to_replace(files: list[str], out: str) -> None:
+    """Raise InputError for a folder of results that holds a file which the command reads, of a name
+    that results have too: it would be replaced.
+    """
+    from lostmotion.reporting.folder import FILES
+
+    folder = Path(out).resolve()
+    for file in map(Path, files):
+        if file.name in FILES and file.resolve().parent == folder:
+            raise refuse_argument(
+                "out", out, f"another folder than that of '{file}', which is read", out="results"
+            )
+
+
+def _files(question: Question, given: Mapping[str, Any]) -> list[str]:
+    """Return the files that were typed, in the order of the options."""
+    stated = [given.get(each.name) for each in question.options if each.argument.metavar == "FILE"]
+    return [
+        file
+        for each in stated
+        if each
+        for file in ([each] if isinstance(each, str) else each)
+        if isinstance(file, str)
+    ]
 
 
 def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - the result of any question
@@ -178,10 +206,4 @@ def _folder(question: Question, given: Mapping[str, Any]) -> str | None:
     """Return the folder for results where none was named: NAME is that of the first file."""
     if not question.folder:
         return None
-    files = [
-        value
-        for each in question.options
-        if each.argument.metavar == "FILE" and (value := given.get(each.name))
-    ]
-    first = files[0] if files else question.name
-    return results_folder(first if isinstance(first, str) else first[0], question.folder)
+    return results_folder(next(iter(_files(question, given)), question.name), question.folder)

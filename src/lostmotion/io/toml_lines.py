@@ -137,11 +137,22 @@ def _by_position(steps: Steps, tree: dict[str, Any]) -> Steps:
 
 
 def _of_leg(steps: Steps, legs: Any) -> Steps:  # noqa: ANN401 - whatever a file holds
-    """Replace the name of a joint of a copy, COPY_NAME, by the place of the joint in its leg."""
+    """Replace the name of a joint of a copy, COPY_NAME, by the place of what is stated: in the copy
+    itself, or else in the joint of the leg, which all copies share.
+    """
     with suppress(KeyError, TypeError):  # a leg without joints or names
         for k, leg in enumerate(legs):
             for j, joint in enumerate(leg["joints"]):
-                if any(f"{each['name']}_{joint['name']}" == steps[1] for each in leg["copies"]):
+                for i, each in enumerate(leg["copies"]):
+                    if f"{each['name']}_{joint['name']}" != steps[1]:
+                        continue
+                    of_copy: Steps = ("legs", k, "copies", i)
+                    key = steps[2] if len(steps) > 2 else ""  # noqa: PLR2004 - joints, its name, its key
+                    if key in each.get(joint["name"], {}):
+                        return (*of_copy, joint["name"], *steps[2:])
+                    own = "place" if key == "origin" else key
+                    if j == 0 and own in {"place", "after"} and own in each:
+                        return (*of_copy, own, *steps[3:])
                     return ("legs", k, "joints", j, *steps[2:])
     return steps
 

@@ -24,13 +24,15 @@ _SWAP: Final = 2
 _LONGEST_BESIDE: Final = 60
 # Fields of finite elements.
 _FIELDS: Final = ("planet.vtu", "ring.vtu", "first-stage-planet.vtu", "first-stage-ring.vtu")
-# Whatever a report is about, its folder holds some of these and nothing else.
+# Of a robot that was measured. Users have files of such names too: ours lie beside a report.
 _OF_ROBOT: Final = ("robot.toml", "joints.csv", "calibrated.urdf", "mdh.csv", "poses.csv")
+# Whatever a report is about, its folder holds some of these and nothing else.
 FILES: Final = (
     *("report.html", "result.json", "arrays.nc", "profile.dxf", "sized.toml"),
     *_FIELDS,
     *_OF_ROBOT,
 )
+_REPORT: Final = ("report.html", "result.json")
 # Folders within it, and the suffixes of the files there.
 FOLDERS: Final = {"figures": (".svg", ".pdf", ".png"), "tables": (".csv", ".tex")}
 
@@ -150,7 +152,11 @@ def _try_beside(target: Path) -> None:
 def _strangers(folder: Path) -> list[str]:
     """Name the entries of a folder that we did not write."""
     with os.scandir(folder) as entries:
-        return sorted(entry.name for entry in entries if not _is_ours(entry))
+        found = {entry.name: _is_ours(entry) for entry in entries}
+    reported = not found.keys().isdisjoint(_REPORT)
+    return sorted(
+        name for name, ours in found.items() if not ours or (name in _OF_ROBOT and not reported)
+    )
 
 
 def _is_ours(entry: os.DirEntry[str]) -> bool:

@@ -53,6 +53,8 @@ def test_the_name_of_a_file_is_the_name_of_its_arm():
         found = lostmotion.new(named, template="scara")
         assert str(found.path) == "mine.toml"
         assert 'name = "mine"' in found.text
+    with pytest.raises(InputError, match="the name of an arm"):
+        lostmotion.new(".toml")
 
 
 def test_the_hobby_arm_needs_about_ten_lines():

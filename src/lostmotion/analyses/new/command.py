@@ -169,6 +169,8 @@ def new(
     from lostmotion.io.arm_templates import template_text
 
     kinds, name = get_args(Template), (asked.name or "").removesuffix(".toml")
+    if asked.name and not name:
+        raise refuse_argument("name", asked.name, "the name of an arm", name="my-arm")
     if asked.templates:
         return New("", None, kinds)
     if asked.urdf is not None:
