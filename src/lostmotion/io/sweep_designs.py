@@ -244,13 +244,13 @@ def read_sweep(
             if len(mistakes) > MOST_MISTAKES:
                 break
             continue
-        if len(found.moving) != len(arm.driven):
+        if len(found.driven) != len(arm.driven):
             mistakes.append(
                 Problem(
                     file,
                     TABLE,
-                    f"{len(found.moving)} moving joints in design {design}",
-                    f"as many as in the others, {len(arm.moving)}",
+                    f"{len(found.driven)} driven joints in design {design}",
+                    f"as many as in the others, {len(arm.driven)}",
                 )
             )
         arm = found if design == 0 else arm

@@ -32,6 +32,13 @@ def assembled(arm: Arm, q: Floats) -> NDArray[np.bool_]:
     return out
 
 
+def may_not_assemble(arm: Arm) -> bool:
+    """Return whether there may be values of the drives within their limits at which the arm is not
+    assembled: of a closed chain, never of an open one.
+    """
+    return bool(arm.closures)
+
+
 def affordable(arm: Arm, points: int) -> int:
     """Return how many of so many tool points are worth their time for a picture or a volume: fewer
     of a closed chain, whose closures are met step by step.

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from pydantic import ValidationError
 
+from lostmotion.error_model.poses import REPLICATES
 from lostmotion.error_model.provenance import refuse_undescribed
 from lostmotion.errors import LostmotionError, refuse_argument, shown
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep import designs
 from lostmotion.io.sweep_designs import read_sweep, texts
+from lostmotion.mechanism.assembly import assembled, may_not_assemble
+from lostmotion.mechanism.state import tool_points
 from lostmotion.runs.blocks import parts_of
 from lostmotion.runs.job import (
     LARGEST_BLOCK,
@@ -23,11 +26,11 @@ from lostmotion.runs.job import (
     made_with,
     usual_block,
 )
-from lostmotion.runs.stream import rounded
+from lostmotion.runs.stream import poses_between, rounded
 from lostmotion.runs.workers import on_dask, on_threads
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from lostmotion.io.sweep_designs import Stated
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
     from lostmotion.runs.workers import Cluster
 
 MOST_WORKERS: Final = 1024
+# Poses of a closed chain, all of which are checked before a run begins.
+_MOST_CLOSED: Final = 65_536
 # Where an order keeps the user's poses, so that they have no name of the arm's own files.
 _GIVEN: Final = "given"
 # Folder of the estimates in an order.
@@ -74,7 +79,11 @@ def order(  # noqa: PLR0913 - a run is these numbers
     def look(each: Arm) -> None:
         refuse_undescribed(each)
         parts.update(dict.fromkeys(parts_of(each)))
-        reaches.setdefault((*(joint.name for joint in each.driven), each.limits.tobytes()), each)
+        # which poses a closed chain reaches depends on all of its lengths
+        own = len(reaches) if may_not_assemble(each) else 0
+        reaches.setdefault(
+            (*(joint.name for joint in each.driven), each.limits.tobytes(), own), each
+        )
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)
     if calibration is not None:
@@ -105,6 +114,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
             f"{_GIVEN}/{poses.name}",
         )
         files[given] = poses.read_text(encoding="utf-8-sig")
+    _refuse_excluded(reaches.values(), pose_law, poses if given else count, seed)
     each = min(check_block(block or usual_block(robots), robots), count // sets)
     total = designs(axes) * sets * -(-count // sets // each)
     if total > MOST_BLOCKS:
@@ -205,3 +215,36 @@ def _refuse_others(mine: dict[str, str], theirs: dict[str, str]) -> None:
             f"the workers are of other versions: {', '.join(other)}\n  install the same ones: "
             "others might compute other last bits"
         )
+
+
+def _refuse_excluded(arms: Iterable[Arm], law: Law, poses: int | Path, seed: int) -> None:
+    """Refuse closed chains of which some of the poses of a run would have to be excluded, as a
+    study does: blocks compute all of their poses.
+
+    poses  how many of this law, or a file of them
+    """
+    for arm in arms:
+        if not may_not_assemble(arm):
+            continue
+        if not isinstance(poses, int):
+            tool_points(arm, read_poses(poses, arm))
+            continue
+        if poses > _MOST_CLOSED:
+            raise refuse_argument(
+                "poses", poses, f"at most {_MOST_CLOSED} poses of a closed chain", poses=2048
+            )
+        each = poses if law == "grid" else poses // REPLICATES
+        rows = [
+            poses_between(arm, law, poses, seed, first, first + each)
+            for first in range(0, poses, each)
+        ]
+        excluded = np.count_nonzero(~assembled(arm, np.concatenate(rows)))
+        if excluded:
+            raise refuse_argument(
+                "poses",
+                f"{excluded} of {poses} poses between the limits of the drives at which the closed "
+                "chain is not assembled or near a parallel singularity",
+                "limits of the drives that exclude them, poses from a file, or a study, which "
+                "leaves them out",
+                poses="poses.csv",
+            )
