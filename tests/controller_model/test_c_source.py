@@ -16,6 +16,7 @@ import pytest
 from scipy.special import ndtr
 
 import lostmotion
+from lostmotion.controller_model.compensation import REGULAR, ROTATION_LENGTH
 from lostmotion.controller_model.controller import Controller
 from lostmotion.laws.distributions import Cosine, Normal, Sine
 from lostmotion.mechanism.state import state_of
@@ -58,7 +59,7 @@ ARMS = {
     "seven joints": functools.partial(random_arm, 26),
     "gantry": functools.partial(lostmotion.read, EXAMPLES / "gantry.toml"),
     "servos": functools.partial(
-        arm_of, 3, servo={"stiffness": 2e5, "gravity_compensation": 0.6, "dead_band": 1e-4}
+        arm_of, 4, servo={"stiffness": 2e5, "gravity_compensation": 0.6, "dead_band": 1e-4}
     ),
 }
 PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
@@ -243,7 +244,7 @@ def test_c_stands_and_holds_as_the_state_of_the_arm_does(exported, name, unroll)
 @pytest.mark.parametrize("name", ARMS)
 def test_c_in_single_precision(exported, name, count, unroll):
     """At many poses every result agrees to 1e-5 of its size, or to what a change of the inputs in
-    their sixth digit would do to it.
+    their sixth digit would do to it; a command near a singular pose to 3e-4.
     """
     folder, model = exported(name, unroll=unroll)
     given = tuple(each.astype(np.float32).astype(float) for each in inputs(model, count))
@@ -267,6 +268,7 @@ def test_c_in_single_precision(exported, name, count, unroll):
         )
         for _ in range(6)
     ]
+    regular = corrected_singular_value(model, given) > REGULAR
     at = 0
     for block, values in blocks.items():
         difference = np.abs(found[:, at : at + values.shape[1]] - values).max(axis=1)
@@ -275,8 +277,9 @@ def test_c_in_single_precision(exported, name, count, unroll):
         if block in {"status", "flags"}:
             assert (difference[sensitive == 0] == 0).all()
         elif block in {"command", "left"}:
+            assert difference[regular].max() <= 1e-5
             assert np.quantile(difference, 0.99) <= 1e-5
-            assert difference.max() <= 1e-4
+            assert difference.max() <= 3e-4  # the normal equations square the condition
         elif block == "command status":
             assert (difference != 0).mean() <= 0.001  # as in double precision, but for rounding
         else:
@@ -296,6 +299,18 @@ def size(values):
 def singular_value(model, given):
     """Return the smallest singular value of the position Jacobian at each pose."""
     return np.linalg.svd(model.predict(*given[:4]).jacobian[:, 3:], compute_uv=False)[:, -1]
+
+
+def corrected_singular_value(model, given):
+    """Return the smallest singular value of the Jacobian that compensation inverts, m: that of the
+    position, or of the whole pose with rotations at their length.
+    """
+    jacobian, whole = model.predict(*given[:4]).jacobian, given[4][:, 1] > 0
+    weight = np.where(whole, ROTATION_LENGTH, 0.0)[:, None] * [1, 1, 1, 0, 0, 0]
+    weight += [0, 0, 0, 1, 1, 1]
+    found = np.linalg.svd(weight[:, :, None] * jacobian, compute_uv=False)
+    rank = np.minimum(np.where(whole, 6, 3), jacobian.shape[2])
+    return found[np.arange(len(found)), rank - 1]
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
