@@ -93,13 +93,12 @@ def view_text(arm):
 
 
 def exported(arm, folder):
-    """Return the READMEs of exported controllers, that of ROS 2 with its model's."""
-    found = []
+    """Return the READMEs of exported controllers, of ROS 2 its own and that of its model."""
     for export in (lostmotion.export_c, lostmotion.export_ros2):
         export(arm, out=folder / export.__name__)
-        readmes = sorted((folder / export.__name__).rglob("README.md"))
-        found.append("".join(each.read_text(encoding="utf-8") for each in readmes))
-    return found
+    readmes = sorted(folder.rglob("README.md"))
+    assert len(readmes) == 3
+    return [each.read_text(encoding="utf-8") for each in readmes]
 
 
 FEW = {"poses": 8, "robots": 8, "visits": 3, "workers": 1}

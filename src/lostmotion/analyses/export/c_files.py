@@ -119,8 +119,28 @@ def c_files(
     out["library.properties"] = packaged("library.properties").format(
         version=__version__, name=_plain(model.tables.name)
     )
+    out["lm_simulink.m"] = _simulink(model)
     out["README.md"] = _readme(model, arm, tables, remarks, sha256, single=single, unroll=unroll)
     return out
+
+
+def _simulink(model: Controller) -> str:
+    """Return the script for MATLAB that puts the functions with flat arrays into a model."""
+    tables, joints = model.tables, len(model.tables.joints)
+    load, gravity = (
+        "[" + " ".join(repr(x) for x in each.tolist()) + "]"
+        for each in (tables.load, tables.gravity)
+    )
+    return packaged("lm_simulink.m").format(
+        version=__version__,
+        name=_plain(tables.name),
+        names=", ".join(_plain(name) for name in tables.joints),
+        joints=joints,
+        load=load,
+        gravity=gravity,
+        prediction=34 + 8 * joints,
+        command=7 + joints,
+    )
 
 
 def packaged(name: str) -> str:
@@ -148,6 +168,11 @@ def markdown(text: str, but: str = "") -> str:
         f"\\{each}" if each == "_" and not _within_word(shown, k) else each
         for k, each in enumerate(shown)
     ).replace("://", "\\://")
+
+
+def bulleted(remarks: Sequence[str]) -> str:
+    """Return remarks as a list in Markdown."""
+    return "\n".join(f"- {markdown(each, but='`')}" for each in remarks) or "- nothing"
 
 
 def _within_word(text: str, at: int) -> bool:
@@ -280,7 +305,7 @@ def _readme(
         hash=sha256,
         precision="float" if single else "double",
         form=_UNROLLED if unroll else _LOOPED,
-        remarks="\n".join(f"- {markdown(each, but='`')}" for each in remarks) or "- nothing",
+        remarks=bulleted(remarks),
         joints="\n".join(rows),
         payload=f"{valid.payload:.4g}",
         reach=f"{valid.reach:.4g}",

@@ -163,12 +163,13 @@ def export_ros2(
 
     """
     asked = read_arguments(export_ros2, locals())
-    from lostmotion.analyses.export.c_files import markdown
+    from lostmotion.analyses.export.c_files import bulleted, markdown
     from lostmotion.analyses.export.folder import write_files
     from lostmotion.analyses.export.ros2 import package_name, ros2_files
 
     model, sources, about = _sources(asked)
-    files = ros2_files(model, sources, markdown(model.tables.name))
+    title, remarks = markdown(model.tables.name), bulleted(about["remarks"])
+    files = ros2_files(model, sources, title, remarks)
     folder = write_files(files, asked.out, force=asked.force)
     return {
         "folder": str(folder),

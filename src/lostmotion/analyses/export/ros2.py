@@ -24,17 +24,21 @@ _FILES: Final = {
 }
 
 
-def ros2_files(model: Controller, c_files: Mapping[str, str], title: str) -> dict[str, str]:
+def ros2_files(
+    model: Controller, c_files: Mapping[str, str], title: str, remarks: str
+) -> dict[str, str]:
     """Return the texts of all files of the package by their path.
 
     c_files  of the model in double precision, by their path
     title    name of the arm as Markdown
+    remarks  what a user must know of the model, as a list in Markdown
     """
     tables = model.tables
     joints = list(tables.joints)
     marks = {
         "@PACKAGE@": package_name(tables.name),
         "@NAME@": title,
+        "@REMARKS@": remarks,
         "@JOINTS@": _yaml(joints),
         "@REFERENCES@": _yaml([f"compensation/{name}" for name in joints]),
     }
