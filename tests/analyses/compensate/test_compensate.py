@@ -79,6 +79,30 @@ def test_poses_of_the_tool_in_joint_values_out(soft, tmp_path):
     assert np.sort(np.linalg.norm(stands - wanted, axis=1))[:4].max() < 1e-5
 
 
+def test_the_sides_of_a_path_leave_the_scatter_of_play_alone(tmp_path):
+    """Drives that carry no load rest behind their last motion by half their play, mu +- sigma: the
+    error falls from the r.m.s. of the half play to its standard deviation, over drawn robots.
+    """
+    arm, names = lostmotion.read(EXAMPLES / "z-arm.toml"), ["O", "A", "B", "C", "roll"]
+    poses = EXAMPLES / "controller" / "poses.csv"
+    q, _ = values(poses, names)
+    side = np.sign(np.diff(q, axis=0))
+    wanted = lostmotion.state_of(arm, q[1:]).frames[-1][:, :3, 3]
+    minute, rng = np.pi / 180 / 60, np.random.default_rng(5)
+    half = rng.normal(0.25, 0.1 / 3, (1000, 2)) * minute  # of O and roll: 0.5 arcmin +- 0.2 arcmin
+    left = []
+    for path in (False, True):
+        out = tmp_path / f"{path}.csv"
+        lostmotion.compensate(arm, poses=poses, out=out, path=path)
+        command = np.tile(values(out, names)[0][1:, None], (1, len(half), 1))
+        command[..., [0, 4]] -= side[:, None, [0, 4]] * half
+        stands = lostmotion.state_of(arm, command.reshape(-1, 5)).settled().frames[-1][:, :3, 3]
+        away = stands.reshape(*command.shape[:2], 3) - wanted[:, None]
+        left.append(np.sqrt((away**2).sum(axis=2).mean(axis=1)))
+    np.testing.assert_allclose(left[1] / left[0], (0.1 / 3) / np.hypot(0.25, 0.1 / 3), rtol=0.06)
+    assert (left[0] > 20e-6).all()
+
+
 def test_a_program_keeps_everything_but_the_ends_of_its_moves(tmp_path):
     """A gantry whose joints are X, Y and Z: comments, feeds, extruder and other lines stay; the
     corrected values are those of the controller with the sides of the path.
