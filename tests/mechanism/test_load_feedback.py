@@ -7,6 +7,8 @@ import pytest
 from scipy.optimize import root
 
 from lostmotion import Arm, screws, state_of
+from lostmotion.mechanism.equilibrium import ElasticChain
+from lostmotion.mechanism.state import DesignDeflection
 from lostmotion.propagation.exact import compose
 from lostmotion.spatial import exp, inverse, right_jacobian, rotation_vector
 from tests.arms import JOINT
@@ -117,6 +119,34 @@ def test_a_pose_of_a_soft_arm_has_the_same_errors_alone_and_among_others():
     for row in (0, 5, 11):
         alone = screws(state_of(arm, q[[row]]).settled())
         assert (alone.tool[0] == together.tool[row]).all()
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (300, 4))
+    frames = state_of(servo_arm(), q).settled().frames
+    for row in (3, 8):
+        alone = state_of(servo_arm(), q[[row]]).settled().frames
+        np.testing.assert_array_equal(alone[:, 0], frames[:, row])
+
+
+def test_the_tangent_is_the_derivative_of_the_deflections():
+    """Newton's matrix equals central differences of what the parts deflect in displaced frames,
+    with springs that the process force does not wind and links under their own weight.
+    """
+    arm, rng = servo_arm(), np.random.default_rng(4)
+    state = state_of(arm, rng.uniform(-1.5, 1.5, (3, 4)))
+    deflection, rows = DesignDeflection(state), np.arange(3)
+    chain = ElasticChain(arm.tree, np.ascontiguousarray(state.frames))
+    found, _ = deflection.tangent(state.frames, rows)
+    step = 1e-6
+    for column, (place, component) in enumerate(deflection.freedoms):
+        twist = np.zeros((len(arm.places), 3, 6))
+        twist[place, :, component] = step
+        ahead, behind = (
+            deflection.twists(chain.displaced(sign * twist, rows), rows)[0] for sign in (1, -1)
+        )
+        expected = [
+            (ahead - behind)[each.place, :, each.component] / (2 * step)
+            for each in deflection.freedoms
+        ]
+        np.testing.assert_allclose(found[:, :, column].T, expected, atol=1e-7)
 
 
 def test_the_right_jacobian_is_the_derivative_of_the_exponential():

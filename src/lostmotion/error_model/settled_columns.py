@@ -32,12 +32,14 @@ def moved_tool(
     that leaves (third order) is shared in proportion to their sizes. The others move a soft arm
     with the loads that they change.
     """
-    tool, found = state.tool_twists(place, local), state.equilibrium
-    if found is None:
-        return tool
-    if state.arm.soft_freedoms and not settles.all():
+    found = state.equilibrium
+    if found is None or not state.arm.soft_freedoms:
+        tool = state.tool_twists(place, local)
+    else:
+        tool = np.empty_like(local)
+        tool[:, settles] = state.tool_twists(place[settles], local[:, settles])
         tool[:, ~settles] = load_feedback.tool_twists(state, place[~settles], local[:, ~settles])
-    if settles.any():
+    if found is not None and settles.any():
         own, command = local[:, settles], replace(state, frames=found.command, equilibrium=None)
         mean = (command.tool_twists(place[settles], own) + tool[:, settles]) / 2
         left = displacement(found) - added_in_order(mean, 1)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
-from lostmotion.spatial import exp, inverse, rotation_vector
+from lostmotion.spatial import added_in_order, exp, inverse, rotation_vector
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -114,7 +114,7 @@ class ElasticChain:
         self._parents = [place.parent for place in tree.places]
         self._base = frames[0]
         self._steps = inverse(frames[self._parents[1:]]) @ frames[1:]
-        self.length = np.linalg.norm(self._steps[..., :3, 3], axis=-1).sum(axis=0)
+        self.length = added_in_order(np.linalg.norm(self._steps[..., :3, 3], axis=-1), 0)
 
     def displaced(self, twists: Floats, rows: NDArray[np.int64] | slice) -> Floats:
         """Return the frames (place, pose, 4, 4) at the poses in these rows, with every place
@@ -306,6 +306,7 @@ class _Settling:
         length.
         """
         turns, shifts = (
-            np.sqrt((each**2).sum(axis=2)).sum(axis=0) for each in np.split(twists, 2, axis=2)
+            added_in_order(np.sqrt(added_in_order(each**2, 2)), 0)
+            for each in np.split(twists, 2, axis=2)
         )
         return np.asarray(turns * self.chain.length[rows] + shifts)

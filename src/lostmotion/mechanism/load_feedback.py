@@ -18,6 +18,8 @@ from lostmotion.parts.forms import Linear
 from lostmotion.spatial import cross, right_jacobian
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lostmotion.mechanism.state import State
@@ -49,6 +51,21 @@ def tool_twists(state: State, place: NDArray[np.int64], local: Floats) -> Floats
     return out
 
 
+def tangent(state: State, freedoms: Sequence[Freedom]) -> tuple[Floats, Floats]:
+    """Return the change of the deflections of these freedoms per displacement of each of them
+    (pose, freedom, freedom), and their compliances (pose, freedom). The largest eigenvalue is the
+    share of the stiffness that the loads take away.
+    """
+    springs = _springs(state)
+    at = [springs.places.index(each.place) for each in freedoms]
+    components = [each.component for each in freedoms]
+    change = _changes(state, springs, freedoms)
+    return (
+        change[:, [6 * n + j for n, j in zip(at, components, strict=True)]],
+        springs.whole[at, :, components, components].T,
+    )
+
+
 def _carries(state: State, places: NDArray[np.int64]) -> list[Floats]:
     """Return the twist of the tool per error at each of these places: (6, pose, 6) each."""
     springs = _springs(state)
@@ -56,7 +73,8 @@ def _carries(state: State, places: NDArray[np.int64]) -> list[Floats]:
     every = np.union1d(acting, places)
     found = state.equilibrium
     twists = np.zeros((*state.frames.shape[:2], 6)) if found is None else found.twists
-    change = _changes(state, springs, every)  # (pose, row, column)
+    freedoms = [Freedom(k, j) for k in every.tolist() for j in range(6)]
+    change = _changes(state, springs, freedoms)  # (pose, row, column)
     rows = change.shape[1]
     to_tool = {}
     for n, k in enumerate(every.tolist()):
@@ -113,12 +131,11 @@ def _springs(state: State) -> _LoadedPlaces:
     return _LoadedPlaces(places, *(each[list(places)] for each in (whole, weights, own_weight)))
 
 
-def _changes(state: State, springs: _LoadedPlaces, every: NDArray[np.int64]) -> Floats:
-    """Return the change of the deflections of the springs per displacement of each of these places
-    (pose, 6 spring places, 6 places), rad and m per rad and m.
+def _changes(state: State, springs: _LoadedPlaces, freedoms: Sequence[Freedom]) -> Floats:
+    """Return the change of the deflections of the springs per displacement of each freedom (pose, 6
+    spring places, freedom), rad and m per rad and m.
     """
     arm, at, gravity = state.arm, state.frames, state.gravity
-    freedoms = [Freedom(k, j) for k in every.tolist() for j in range(6)]
     rows = list(springs.places)
     wrenches = load_gradient(arm.tree, at, arm.payload, gravity, freedoms)[rows]
     out = springs.whole @ wrenches

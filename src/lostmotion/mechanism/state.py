@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism import load_feedback
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.closed_chain import assembled_frames, closed_statics, taken_up
 from lostmotion.mechanism.closed_composition import composed
@@ -18,7 +19,6 @@ from lostmotion.mechanism.conditions import Conditions, springs_under
 from lostmotion.mechanism.elastostatics import Compliances, elastic_terms
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.frames import place_frames, steps_between, tool_point
-from lostmotion.mechanism.load_gradient import load_gradient
 from lostmotion.mechanism.wrenches import place_wrenches, process_wrenches, weights_by_axis
 from lostmotion.spatial import exp, mapped
 
@@ -212,16 +212,6 @@ class State:
             here = here @ (step[:, None] @ exp(twists[k]))
         return np.asarray(here @ last[:, None])
 
-    @property
-    def place_compliances(self) -> Floats:
-        """Return the twist of each place per weight on it (place, pose, 6, 6) in its own axes, rad
-        and m per N m and N: tangents as in `compliances`, and what controllers feed forward.
-        """
-        out, conditions = np.zeros((*self.frames.shape[:2], 6, 6)), self.conditions()
-        for placed in (each for each in self.arm.terms if each.term.level == "design"):
-            out[placed.place] += placed.term.scale * placed.term.form.compliance(conditions(placed))
-        return out
-
     @functools.cached_property
     def compliances(self) -> Compliances:
         """Return the compliance contribution of each part.
@@ -324,17 +314,10 @@ class DesignDeflection:
         return smooth, in_play
 
     def tangent(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
-        """Return C dw/de (pose, freedom, freedom) and the compliances (pose, freedom)."""
-        state = self.within(frames, rows)
-        compliance = state.place_compliances
-        arm, freedoms = state.arm, self.freedoms
-        changes = load_gradient(arm.tree, frames, arm.payload, state.gravity, freedoms)
-        places, components = (list(each) for each in zip(*freedoms, strict=True))
-        rows_of = compliance[places, :, components]  # (freedom, pose, 6)
-        return (
-            np.einsum("ipj,ipjk->pik", rows_of, changes[places]),
-            np.diagonal(compliance, axis1=2, axis2=3)[places, :, components].T,
-        )
+        """Return the change of the deflections per deflection (pose, freedom, freedom) and the
+        compliances (pose, freedom).
+        """
+        return load_feedback.tangent(self.within(frames, rows), self.freedoms)
 
 
 def as_poses(arm: Arm, q: Floats) -> Floats:
