@@ -61,10 +61,20 @@ def test_a_webcam_calibrates_a_printed_arm():
     assert answer.sheet.verdict
 
 
+@pytest.mark.parametrize("kind", ["dial", "tag"])
+def test_the_excerpt_of_the_page_is_from_the_stored_file(kind):
+    """Line by line, each without the columns that the page omits."""
+    page = (EXAMPLES.parent / "docs" / "tour" / f"calibrate-{kind}.md").read_text("utf-8")
+    stored = (FOLDER / f"printed-{kind}.csv").read_text("utf-8").splitlines()
+    for line in page.partition("```text\n")[2].partition("```")[0].splitlines():
+        start, _, end = line.partition("...")
+        assert any(each.startswith(start) and each.endswith(end) for each in stored), line
+
+
 @pytest.mark.parametrize(
     ("old", "new", "text"),
     [
-        ("# camera: fx 800, ", "# camera: fx 0, ", "a positive quantity"),
+        ("# camera: fx 800, ", "# camera: fx 0, ", "at least 1, at most 1e+06"),
         ("# camera: fx 800, ", "# camera: focus 800, ", "fx, fy, cx, cy"),
         ("# tag size: 40 mm", "# tag size unknown", "pixels without a camera"),
         (",0,gripper", ",5,gripper", "line 5, corner"),

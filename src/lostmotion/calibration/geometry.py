@@ -62,16 +62,19 @@ class MdhTable(NamedTuple):
 
 
 def is_serial(arm: Arm) -> bool:
-    """Return whether every joint of an arm has a drive and no closure joins two places."""
+    """Return whether every joint of an arm has a drive and moves the tool, and no closure joins
+    two places.
+    """
     undriven = (place for place in arm.tree.places if place.joint is None)
-    return not arm.closures and not any(place.twist.shape[1] for place in undriven)
+    beside = set(arm.tree.moved) - set(arm.tree.tool_path)
+    return not (arm.closures or beside or any(place.twist.shape[1] for place in undriven))
 
 
 def exact_chain(arm: Arm) -> ExactChain:
     """Return the chain of an arm with the constant errors that every visit repeats: those of a
     calibrated arm are its estimates. Errors that depend on joint values or loads are not in it.
 
-    Valid for arms that `is_serial` accepts, whose driven joints all move the tool.
+    Valid for arms that `is_serial` accepts.
     """
     tree = arm.tree
     twists = np.zeros((len(tree.places), 6))

@@ -152,8 +152,8 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
 
     sizes  prior deviations of errors that the file does not state; None: usual ones, or such as it
            states for others, whichever the measurement makes more probable
-    hold_out  share of the measurement, at random, that no estimate uses: predictions are compared
-           with it
+    hold_out  share of the poses, at random, that no estimate uses: predictions are compared with
+           what was measured there
     other arguments as for `climb`
 
     Raises WrongArmError where base and tool frame leave more than 5 % of the reach, and ValueError

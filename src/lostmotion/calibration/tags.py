@@ -154,7 +154,7 @@ def _camera_in_base(tools: Floats, tags: Floats) -> Floats:
         np.hstack([np.kron(t[:3, :3], eye), -np.kron(eye, b[:3, :3].T)])
         for t, b in zip(tools, tags, strict=True)
     ]
-    found = np.linalg.svd(np.concatenate(rows))[2][-1].reshape(2, 3, 3)
+    found = np.linalg.svd(np.concatenate(rows), full_matrices=False)[2][-1].reshape(2, 3, 3)
     out = np.eye(4)
     out[:3, :3] = _rotation(found[1] * np.sign(np.linalg.det(found[1])))
     left = np.concatenate([np.hstack([t[:3, :3], -eye]) for t in tools])

@@ -1,7 +1,9 @@
 """Estimates of the errors of one measured robot, from a TOML file.
 
 covariance = [[0.01, 0.0], [0.0, 0.02]]  # of the estimates, in their order; in place of their
-                                         deviations
+                                         # deviations
+factor = [[0.1, 0.0], [0.0, 0.14]]       # or: the covariance of all estimates without a deviation
+                                         # is factor times its transpose
 
 [[estimates]]
 draw = "joints.A.encoder.zero"           # what was estimated
@@ -13,9 +15,6 @@ draw = "joints.A.gearbox.transmission error 1"
 phase = "sine"                           # a harmonic has two draws, "sine" and "cosine"
 mean = -0.3
 deviation = 0.14
-
-factor = [[0.1, 0.0], [0.0, 0.14]]       # or: the covariance of all estimates without a deviation
-                                         is factor times its transpose
 
 [added]                                  # deviations, rad and m, assumed for errors that the arm's
 turn = 0.0005                            # file does not state, as `lostmotion calibrate` adds them

@@ -33,17 +33,19 @@ def calibration_text(
     covariance = calibration.covariance
     deviations = np.sqrt(np.diag(covariance))
     joint = (covariance != np.diag(np.diag(covariance))).any(axis=1)
-    factor = _factor(covariance[np.ix_(joint, joint)])
+    factor: list[str] = []
+    if joint.any():
+        rows = _factor(covariance[np.ix_(joint, joint)])
+        factor = [f"  [{', '.join(f'{each:.9g}' for each in row)}]," for row in rows]
+        factor = ["factor = [", *factor, "]", ""]
     names = [name for name, _ in calibration.streams]
     lines = [
         "# Estimates of the errors of one robot, by lostmotion calibrate: every command takes this",
         "# file as --calibration. They are in standard deviations of what the arm file states, or",
-        "# of [added]; their covariance is factor times its transpose.",
+        "# of [added]. Estimates with a deviation are independent; the covariance of all others is",
+        "# factor times its transpose.",
         "",
-        "factor = [",
-        *(f"  [{', '.join(f'{each:.9g}' for each in row)}]," for row in factor),
-        "]",
-        "",
+        *factor,
         "[data]",
         f"poses = {poses}",
         f'hash = "{digest}"',

@@ -4,6 +4,8 @@ Denavit-Hartenberg values.
 
 from __future__ import annotations
 
+import csv
+import io
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
@@ -59,10 +61,12 @@ def mdh_text(chain: ExactChain, table: MdhTable) -> str:
         ),
         "joint,a [mm],alpha [deg],d [mm],theta [deg]",
     ]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
     for joint, (a, alpha, d, theta) in zip(chain.joints, table.rows, strict=True):
         values = (1e3 * a, np.degrees(alpha), 1e3 * d, np.degrees(theta))
-        lines.append(",".join([joint, *(repr(float(each)) for each in values)]))
-    return "\n".join(lines) + "\n"
+        writer.writerow([joint, *(repr(float(each)) for each in values)])
+    return "\n".join([*lines, out.getvalue()])
 
 
 def _numbers(values: Floats | tuple[float, ...]) -> str:

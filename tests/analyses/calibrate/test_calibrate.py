@@ -257,7 +257,12 @@ def test_a_file_states_its_instrument(tmp_path):
     [
         ("# instrument: dail", "dial"),
         ("# noise: 3", "noise"),
-        ("# noise: -3 mm", "a positive quantity"),
+        ("# noise: -3 mm", "# noise: 20 µm"),
+        ("# noise: 1e200 m", "at most 1 m"),
+        ("# noise: 1e-19 m", "at least 1e-09 m"),
+        ("# deviations: turn 1e200 rad", "# deviations: turn 0.2 mrad"),
+        ("# camera: fx 1e-300, fy 800, cx 320, cy 240", "# camera: fx 800"),
+        ("# temperature: 1e6 °C", "at most 200 °C"),
         ("# deviations: tilt 1 mrad", "tilt"),
         ("# deviations: turn 1 mm", "turn"),
     ],

@@ -90,7 +90,7 @@ def calibrate(
         Argument(
             "Standard deviation of a measured coordinate, '70 µm', with what the model lacks. "
             "Default: estimated.",
-            Quantity("m", "70 µm", above=0, high=1),
+            Quantity("m", "70 µm", low=1e-9, high=1),
         ),
     ] = None,
     instrument: Annotated[
@@ -100,8 +100,8 @@ def calibrate(
     hold_out: Annotated[
         Amount,
         Argument(
-            "Share of the rows, chosen at random, that no estimate uses and against which the "
-            "predictions are compared, '20 %'.",
+            "Share of the poses, chosen at random, whose rows no estimate uses and against which "
+            "the predictions are compared, '20 %'.",
             Quantity("", "20 %", low=0, high=0.9),
         ),
     ] = 0.0,
@@ -150,10 +150,14 @@ def calibrate(
         nothing = "neither measurements, nor a number of poses to plan, nor a maker's file"
         raise refuse_argument("measured, plan", nothing, "one of them", measured="visits.csv")
     asked = read_arguments(calibrate, locals())
+    if asked.hold_out and (asked.plan is not None or asked.maker is not None):
+        expected = "no share that is held out where nothing is estimated: with plan or maker"
+        raise refuse_argument("hold_out", asked.hold_out, expected, hold_out=0)
     from lostmotion.analyses.calibrate.answer import calibrated
     from lostmotion.analyses.calibrate.planned import planned_poses
     from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
     from lostmotion.calibration.robot import WrongArmError
+    from lostmotion.calibration.validation import numbered
     from lostmotion.io.measured.calibration_checks import FEWEST
     from lostmotion.io.measured.calibration_visits import read_calibration_visits
 
@@ -167,17 +171,18 @@ def calibrate(
         return _of_maker(asked.arm, asked.maker, asked.seed)
     try:
         if asked.plan is None:
-            few = len(visits) - round(asked.hold_out * len(visits)) < FEWEST
-            if few:
-                expected = f"a share that leaves at least {FEWEST} of {len(visits)} rows"
+            poses = int(numbered(visits.q).max()) + 1
+            left = poses - round(asked.hold_out * poses)
+            if len(visits) < FEWEST or (asked.hold_out and left < FEWEST):
+                expected = f"a share that leaves at least {FEWEST} of {poses} poses"
                 raise refuse_argument("hold_out", asked.hold_out, expected, hold_out="20 %")
             found = calibrated(
                 asked.arm, visits, asked.terms, asked.noise, asked.hold_out, asked.seed, progress
             )
             return Calibrated(**vars(found))
-        chosen = planned_poses(
-            asked.arm, asked.plan, asked.zone, visits, asked.noise or DEFAULT_NOISE, asked.seed
-        )
+        stated = None if visits is None else visits.noise
+        least = asked.noise or stated or DEFAULT_NOISE
+        chosen = planned_poses(asked.arm, asked.plan, asked.zone, visits, least, asked.seed)
     except WrongArmError as error:
         expected = "measurements of this arm with this tool"
         raise InputError([Problem(visits.file, "", str(error), expected)]) from None

@@ -21,10 +21,10 @@ from lostmotion.reporting.sheet import Card, Sheet, length, several, table
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lostmotion.calibration.instruments import MeasuredVisits
     from lostmotion.calibration.model import RobotModel
     from lostmotion.calibration.plan import PosePlan
     from lostmotion.calibration.robot import Robot
+    from lostmotion.io.measured.calibration_visits import CalibrationVisits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -74,17 +74,18 @@ def planned_poses(
     arm: Arm,
     count: int,
     zone: Mapping[str, tuple[float, float]] | None,
-    visits: MeasuredVisits | None,
+    visits: CalibrationVisits | None,
     noise: float,
     seed: int,
 ) -> PlannedPoses:
     """Return the poses that most reduce the mean predicted variance over the working poses.
 
     zone    limits of the tool point, by axis; None: the whole workspace
-    visits  what was measured already; None: nothing
+    visits  what was measured already, with the deviations that its file states; None: nothing
     noise   standard deviation of a measured coordinate, m
     """
-    bare, sizes = arm.calibrated(None), Deviations()
+    bare = arm.calibrated(None)
+    sizes = (None if visits is None else visits.sizes) or Deviations()
     added = added_terms(bare, sizes)
     every = sample_poses(bare, _CANDIDATES, "sobol", seed).q[:_CANDIDATES]
     working = every[:_WORKING]
@@ -93,15 +94,16 @@ def planned_poses(
     candidates, wanted = model_of(bare, every, added), model_of(bare, working, added)
     before = np.diag([1.0 if is_frame(owner) else _WIDE for owner in wanted.owners])
     if visits is not None:
-        before = _measured(bare, visits, noise, wanted)
+        before = _measured(bare, visits, sizes, noise, wanted)
     found = plan(candidates, wanted, count, before, noise=noise)
     done = 0 if visits is None else len(visits)
     return PlannedPoses(arm, every[found.chosen], found, done, noise, seed)
 
 
-def _measured(arm: Arm, visits: MeasuredVisits, noise: float, wanted: RobotModel) -> Floats:
+def _measured(
+    arm: Arm, visits: CalibrationVisits, sizes: Deviations, noise: float, wanted: RobotModel
+) -> Floats:
     """Return the covariance of the estimates after what was measured, with a wide prior."""
-    sizes = Deviations()
     instrument = measured_in_base(arm, visits, sizes, noise).instrument
     model = model_of(arm, visits.q, added_terms(arm, sizes))
     wide = np.array([1.0 if is_frame(owner) else _WIDE for owner in model.owners])

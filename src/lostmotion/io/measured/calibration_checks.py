@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.calibration.terms import Deviations
 from lostmotion.errors import Problem, shown
 from lostmotion.io.measured.table import MOST_MISTAKES
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.calibration.instruments import Readings
+    from lostmotion.io.measured.calibration_visits import CalibrationVisits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -25,8 +27,21 @@ POINT: Final = ("x", "y", "z")
 # One number of each visit: its column, and that of what it is measured of.
 PARTIAL: Final = {"distance": "to", "dial": "along", "angle": "about", "plane": "", "sphere": ""}
 PIXELS: Final = ("u", "v", "corner")
+# Headings that would pass, by instrument.
+HEADINGS: Final = {
+    "tracker": "x [mm], y [mm], z [mm]",
+    "points": "x [mm], y [mm], z [mm]",
+    "poses": "x [mm], y [mm], z [mm], qw, qx, qy, qz",
+    "distance": "distance [mm], to",
+    "plane": "plane",
+    "sphere": "sphere, radius [mm]",
+    "dial": "dial [mm], along",
+    "inclinometer": "angle [deg], about",
+    "tags": "u, v, corner, tag",
+}
 FEWEST: Final = 3
 _CORNERS: Final = (0, 1, 2, 3)
+_NOTHING: Final = "nothing"
 # A value outside the joint limits by less is rounding, rad or m.
 _BESIDE: Final = 1e-6
 # A row that is so many times as far from the others as they are from each other has another unit,
@@ -125,26 +140,67 @@ def mistakes_in_targets(
 
 def whole_tags(
     file: str, readings: Readings, q: Floats, corner: Floats, lines: Sequence[int]
-) -> tuple[NDArray[np.int64], list[Problem]]:
-    """Return the rows of the four corners of each tag that is seen whole at a pose (image, 4), and
-    mistakes: a camera that is not stated, corners that are none, and too few whole tags.
+) -> tuple[NDArray[np.int64], list[str], list[Problem]]:
+    """Return the rows of the four corners of each image that shows a tag whole (image, 4), a
+    remark on other images, and mistakes: a camera that is not stated, corners that are none, and
+    tags seen whole at too few poses. A corner that repeats at a pose begins a new image.
     """
     out = []
     if readings.camera is None:
         example = "# camera: fx 800, fy 800, cx 320, cy 240 and # tag size: 40 mm"
         out.append(Problem(file, "", "pixels without a camera", "lines above the rows", example))
-    seen: dict[tuple[str, bytes], dict[float, int]] = {}
+    seen: dict[tuple[str, bytes], list[dict[float, int]]] = {}
     for k, (name, pose, number) in enumerate(zip(readings.target, q, corner, strict=True)):
         if number not in _CORNERS:
             found = f"{number:g}"
             expected = "0 to 3, counter-clockwise from the lower left as the tag is seen"
             out.append(Problem(file, f"line {lines[k]}, corner", found, expected, "0"))
-        seen.setdefault((name, pose.tobytes()), {})[number] = k
-    whole = {key: rows for key, rows in seen.items() if len(rows) == len(_CORNERS)}
-    count = Counter(name for name, _ in whole)
+        here = seen.setdefault((name, pose.tobytes()), [{}])
+        if number in here[-1]:
+            here.append({})
+        here[-1][number] = k
+    every = [(key, rows) for key, images in seen.items() for rows in images]
+    whole = [(key, rows) for key, rows in every if len(rows) == len(_CORNERS)]
+    count = Counter(name for name, _ in {key for key, _ in whole})
     for name in dict.fromkeys(readings.target):
         if count[name] < FEWEST:
             found = f"{count[name]} poses at which all four corners are seen"
             out.append(Problem(file, f"tag {shown(name)}", found, f"at least {FEWEST}"))
-    images = [[rows[number] for number in sorted(rows)] for rows in whole.values()]
-    return np.array(images, dtype=np.int64).reshape(-1, 4), out[:MOST_MISTAKES]
+    images = sorted([rows[number] for number in sorted(rows)] for _, rows in whole)
+    kept = np.array(images, dtype=np.int64).reshape(-1, 4)
+    partly = len(every) - len(whole)
+    remarks = [f"images without all four corners of a tag, not used: {partly}"] if partly else []
+    return kept, remarks, out[:MOST_MISTAKES]
+
+
+def differing(visits: Sequence[CalibrationVisits]) -> list[Problem]:
+    """Return what files of one calibration state differently above their rows: noise, deviations,
+    or camera and size of the tags.
+    """
+    first, out = visits[0], []
+    for other in visits[1:]:
+        there = _stated(other)
+        for key, text in _stated(first).items():
+            if text != there[key]:
+                expected = f"{text}, as in {first.file}: one value for all files"
+                example = f"no line # {key}" if text == _NOTHING else f"# {key}: {text}"
+                out.append(Problem(other.file, key, there[key], expected, example))
+    return out
+
+
+def _stated(visits: CalibrationVisits) -> dict[str, str]:
+    """Return what the comments of a file state, as text by key."""
+    noise, sizes, camera = visits.noise, visits.sizes, visits.readings and visits.readings.camera
+    usual = Deviations()
+    deviations = [
+        f"{name} {1e3 * value:g} {'mm' if 'shift' in name else 'mrad'}"
+        for name, value in ({} if sizes is None else vars(sizes)).items()
+        if value != getattr(usual, name) or name == "turn"
+    ]
+    of_camera = "" if camera is None else "fx {:g}, fy {:g}, cx {:g}, cy {:g}".format(*camera)
+    return {
+        "noise": _NOTHING if noise is None else f"{1e6 * noise:g} µm",
+        "deviations": ", ".join(deviations) or _NOTHING,
+        "camera": of_camera or _NOTHING,
+        "tag size": _NOTHING if camera is None else f"{1e3 * camera.size:g} mm",
+    }

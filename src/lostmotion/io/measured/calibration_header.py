@@ -17,15 +17,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Final, get_args
+from typing import TYPE_CHECKING, Any, Final, cast, get_args
+
+from pydantic_core import PydanticCustomError
 
 from lostmotion.calibration.instruments import Camera
 from lostmotion.calibration.terms import Deviations
 from lostmotion.errors import Problem, nearest, shown
 from lostmotion.io.limits import listed
 from lostmotion.io.measured.instrument import Instrument
-from lostmotion.unit_registry import ABSOLUTE, UnitError
-from lostmotion.units import read_quantity
+from lostmotion.unit_registry import ABSOLUTE, ZERO_CELSIUS
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -33,11 +35,21 @@ if TYPE_CHECKING:
 _LINE: Final = re.compile(
     r"^\s*#\s*(instrument|noise|deviations|payload|temperature|camera|tag size)\s*:\s*(.*)$"
 )
-_CAMERA: Final = ("fx", "fy", "cx", "cy")
+_FOCAL: Final = Quantity("", "800", low=1, high=1e6)
+_CENTRE: Final = Quantity("", "320", above=0, high=1e6)
+_CAMERA: Final = {"fx": _FOCAL, "fy": _FOCAL, "cx": _CENTRE, "cy": _CENTRE}
+_TURN: Final = Quantity("rad", "0.2 mrad", above=0, high=1)
+_SHIFT: Final = Quantity("m", "0.1 mm", above=0, high=10)
 _SIZES: Final = {
-    field.name: "m" if "shift" in field.name else "rad"
+    field.name: _SHIFT if "shift" in field.name else _TURN
     for field in fields(Deviations)
     if field.name != "orders"
+}
+_ALONE: Final = {
+    "noise": Quantity("m", "20 µm", low=1e-9, high=1),
+    "payload": Quantity("kg", "2 kg", low=0, high=1e6),
+    "temperature": Quantity(ABSOLUTE, "23 °C", low=ZERO_CELSIUS - 100, high=ZERO_CELSIUS + 200),
+    "tag size": Quantity("m", "40 mm", low=1e-4, high=10),
 }
 # A payload and a temperature that differ by more than these are not the file's, kg and K.
 _SAME: Final = {"payload": 0.05, "temperature": 3.0}
@@ -69,10 +81,10 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
             continue
         key, value = match[1], match[2].strip()
         stated[key] = value
-        wanted = {"noise": "m", "payload": "kg", "temperature": ABSOLUTE, "tag size": "m"}
+        wanted = _ALONE
         pairs = [(key, value)] if key in wanted else []
         if key in {"deviations", "camera"}:
-            wanted = _SIZES if key == "deviations" else dict.fromkeys(_CAMERA, "")
+            wanted = _SIZES if key == "deviations" else _CAMERA
             parts = [part.strip().replace("=", " ").partition(" ") for part in value.split(",")]
             pairs = [(name, size.strip()) for name, _, size in parts]
         if key == "instrument" and value not in get_args(Instrument):
@@ -85,17 +97,14 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
                     example = "deviations: turn 0.2 mrad, shift 0.1 mm"
                 mistakes.append(_mistake(file, number, name, list(wanted), example))
                 continue
+            quantity = wanted[name]
             try:
-                found[name] = float(read_quantity(size.removesuffix("px"), wanted[name]).nominal)
-            except UnitError as error:
-                expected = f"a quantity in {wanted[name] or 'px, without a unit'}"
-                mistakes.append(
-                    Problem(file, f"line {number}, {name}", f"{shown(size)}: {error}", expected)
-                )
-                continue
-            if found[name] <= 0 and name != "payload":
-                expected = "a positive quantity"
-                mistakes.append(Problem(file, f"line {number}, {name}", shown(size), expected))
+                found[name] = cast("float", quantity(size.removesuffix("px")))
+            except PydanticCustomError as error:
+                why = f"{shown(size)}: {(error.context or {})['why']}"
+                example = f"# {key}: {'' if name == key else f'{name} '}{quantity.example}"
+                where = f"line {number}, {name}"
+                mistakes.append(Problem(file, where, why, quantity.expected, example))
     sizes: dict[str, Any] = {name: size for name, size in found.items() if name in _SIZES}
     return (
         StatedInFile(

@@ -27,9 +27,11 @@ from lostmotion.errors import Problem
 from lostmotion.io.limits import listed, refuse_all
 from lostmotion.io.measured.calibration_checks import (
     FEWEST,
+    HEADINGS,
     PARTIAL,
     PIXELS,
     POINT,
+    differing,
     mistakes_in_targets,
     not_unit,
     other_units,
@@ -129,6 +131,9 @@ def read_calibration_visits(
         refuse_all(
             [Problem(str(files[kinds.index(kinds[-1])]), "line 1", "another kind", expected)]
         )
+    mistakes = differing(found)
+    if mistakes:
+        refuse_all(mistakes)
     digest = hashlib.blake2b(digest_size=16)
     for each in files:
         digest.update(Path(each).read_bytes())
@@ -165,13 +170,18 @@ def _joined_readings(parts: Sequence[Readings]) -> Readings | None:
 
 
 def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
-    """Return visits without those that repeat joints and measurement of another one."""
+    """Return visits without those that repeat joints and measurement of another one: a point, a
+    difference, or the corners of a tag.
+    """
     measured = visits.point if visits.point is not None else visits.difference
+    names = ("",) * len(visits)
+    if visits.readings is not None and visits.readings.kind == "tags":
+        measured, names = visits.readings.value, visits.readings.target
     if measured is None:
         return visits
-    first: dict[bytes, int] = {}
-    for k, (q, read) in enumerate(zip(visits.q, measured, strict=True)):
-        first.setdefault(np.round(q / _SAME_JOINTS).tobytes() + read.tobytes(), k)
+    first: dict[tuple[str, bytes], int] = {}
+    for k, (name, q, read) in enumerate(zip(names, visits.q, measured, strict=True)):
+        first.setdefault((name, np.round(q / _SAME_JOINTS).tobytes() + read.tobytes()), k)
     kept = np.array(list(first.values()))
     return replace(
         visits.rows(kept),
@@ -256,7 +266,7 @@ def _missing(
             expected = f"one kind of measurement, or --instrument, {listed(list(_COLUMNS))}"
         elif instrument is not None:
             expected = f"the columns of --instrument {instrument}"
-        out.append(Problem(file, "line 1", found, expected, "x [mm], y [mm], z [mm]"))
+        out.append(Problem(file, "line 1", found, expected, HEADINGS[instrument or "points"]))
     return out
 
 
@@ -286,8 +296,9 @@ def _read(
     mistakes += mistakes_in_targets(file, readings, lines)
     images = None
     if readings is not None and readings.kind == "tags":
-        images, wrong = whole_tags(file, readings, q, values["corner"], lines)
+        images, notes, wrong = whole_tags(file, readings, q, values["corner"], lines)
         mistakes += wrong
+        remarks += notes
     if len(q) >= FEWEST:
         checked = [("joint values", q)]
         checked += [("measurement", groups[g]) for g in (POINT, DIFFERENCE) if g in groups]

@@ -1,0 +1,200 @@
+"""Files of a calibration: several that are measured, images of tags, plans by what a file states,
+and what is written of arms with branches, quoted names and independent estimates.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.calibration.geometry import exact_chain, is_serial, mdh_of
+from lostmotion.calibration.instruments import Camera, Readings
+from lostmotion.calibration.tags import CORNERS, tags_of
+from lostmotion.calibration.terms import Deviations
+from lostmotion.errors import InputError
+from lostmotion.io.calibration_file import read_calibration
+from lostmotion.io.calibration_writer import calibration_text
+from lostmotion.io.kinematics_writer import mdh_text
+from lostmotion.io.measured.calibration_visits import read_calibration_visits
+from lostmotion.laws.distributions import Normal
+from lostmotion.spatial import exp
+from tests.analyses.calibrate.test_calibrate import HEADER, twenty, written
+from tests.calibration.ur5_grid import ARM, EXAMPLES
+
+HOBBY = EXAMPLES / "printed-hobby-arm.toml"
+TAGS = EXAMPLES / "calibration" / "printed-tag.csv"
+JOINT = 'type = "revolute"\naxis = [0, 1, 0]\nlimits = ["-90 deg", "90 deg"]\n'
+TIP = 'link = { tip = { xyz = ["200 mm", "0 mm", "0 mm"] } }\n'
+BRANCHED = "".join(
+    f'[[joints]]\nname = "{name}"\n{after}{JOINT}{TIP}'
+    for name, after in (
+        ("shoulder", ""),
+        ("finger", 'after = "base"\n'),
+        ("elbow", 'after = "shoulder.tip"\n'),
+    )
+)
+
+
+def test_a_driven_branch_beside_the_tool_path_is_no_serial_chain(tmp_path):
+    """Its geometry cannot be written as one; the same arm without the branch has one."""
+    path = tmp_path / "arm.toml"
+    path.write_text(f'name = "branched"\n{BRANCHED}')
+    assert not is_serial(lostmotion.read(path))
+    path.write_text(
+        f'name = "plain"\n{BRANCHED}'.replace('after = "base"\n', "").replace(
+            "shoulder.", "finger."
+        )
+    )
+    arm = lostmotion.read(path)
+    assert is_serial(arm)
+    assert len(exact_chain(arm).axes) == len(arm.driven)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "texts"),
+    [
+        ("# noise: 20 µm", "# noise: 30 µm", ("noise", "30 µm", "20 µm, as in", "one.csv")),
+        ("", "# noise: 30 µm", ("noise", "nothing, as in", "no line # noise")),
+        ("# deviations: shift 1 mm", "", ("deviations", "shift 1 mm, as in")),
+    ],
+)
+def test_files_that_state_different_values_are_refused(one, other, texts, tmp_path):
+    """With both files and values; equal values pass."""
+    arm, (joints, points) = lostmotion.read(ARM), twenty()
+    paths = []
+    for name, line, rows in (("one", one, slice(10)), ("other", other, slice(10, 20))):
+        paths.append(written(tmp_path / f"{name}.csv", joints[rows], points[rows]))
+        paths[-1].write_text(f"{line}\n" + paths[-1].read_text())
+    with pytest.raises(InputError) as refused:
+        read_calibration_visits(paths, arm)
+    for text in (*texts, str(paths[1])):
+        assert text in str(refused.value)
+    _, rows = paths[1].read_text().split(HEADER)
+    paths[1].write_text(f"{one}\n{HEADER}{rows}")
+    assert len(read_calibration_visits(paths, arm)) == 20
+
+
+def test_cameras_that_differ_are_refused(tmp_path):
+    """Pixels of one camera are not those of another."""
+    other = tmp_path / "other.csv"
+    other.write_text(TAGS.read_text("utf-8").replace("40 mm", "41 mm").replace("fx 800", "fx 801"))
+    with pytest.raises(InputError) as refused:
+        read_calibration_visits([TAGS, other], lostmotion.read(HOBBY))
+    assert [each.key for each in refused.value.problems] == ["camera", "tag size"]
+
+
+def test_a_corner_that_repeats_at_a_pose_begins_a_new_image(tmp_path):
+    """Two images of one pose are two visits, one without a corner is counted in a remark, and an
+    image that is stored twice is dropped.
+    """
+    *head, first = TAGS.read_text("utf-8").splitlines(keepends=True)[:5]
+    rows = TAGS.read_text("utf-8").splitlines(keepends=True)[4:]
+    again = [row.replace(".", ".1", 1) for row in rows[:4]]
+    path, arm = tmp_path / "tag.csv", lostmotion.read(HOBBY)
+    path.write_text("".join([*head, *rows, *again, *rows[4:8], *rows[8:11]]))
+    assert rows[0] == first
+    read = read_calibration_visits(path, arm)
+    assert len(read) == len(rows) // 4 + 1
+    assert read.duplicates == 1
+    np.testing.assert_array_equal(read.q[-1], read.q[0])
+    there = [row.split(",")[10:12] for row in again]
+    np.testing.assert_allclose(read.readings.value[-1], np.array(there, float))
+    assert "images without all four corners of a tag, not used: 1" in read.remarks
+
+
+def test_what_is_held_out_is_a_share_of_the_poses(tmp_path):
+    """Four poses with two rows each cannot spare nine tenths; nor is anything held out where
+    nothing is estimated.
+    """
+    joints, points = (np.repeat(each[:4], 2, axis=0) for each in twenty())
+    points[1::2] += 0.01
+    path = written(tmp_path / "visits.csv", joints, points)
+    with pytest.raises(InputError, match="at least 3 of 4 poses"):
+        lostmotion.calibrate(ARM, path, hold_out=0.6)
+    with pytest.raises(InputError, match="hold_out"):
+        lostmotion.calibrate(ARM, path, hold_out=0.2, plan=1)
+    with pytest.raises(InputError, match="hold_out"):
+        lostmotion.calibrate(ARM, hold_out=0.2, maker="calibration.conf")
+
+
+def test_a_plan_uses_what_the_file_states(tmp_path):
+    """Its noise is that of the file, an option takes precedence, and smaller deviations leave a
+    smaller predicted radius.
+    """
+    path = written(tmp_path / "visits.csv", *twenty())
+    rows = path.read_text()
+    path.write_text("# noise: 200 µm\n" + rows)
+    noisy = lostmotion.calibrate(ARM, path, plan=1)
+    assert noisy.noise == pytest.approx(200e-6)
+    assert lostmotion.calibrate(ARM, path, plan=1, noise="90 µm").noise == pytest.approx(90e-6)
+    sizes = "# deviations: turn 0.01 mrad, shift 0.001 mm, zero 0.01 mrad\n"
+    path.write_text("# noise: 200 µm\n" + sizes + rows)
+    known = lostmotion.calibrate(ARM, path, plan=1)
+    assert known.plan.radius[0] < 0.8 * noisy.plan.radius[0]
+
+
+@pytest.mark.parametrize("covariance", [np.diag([0.01, 0.04]), [[0.01, 0.003], [0.003, 0.04]]])
+def test_a_calibration_is_read_as_it_was_written(covariance, tmp_path):
+    """With independent estimates as with correlated ones."""
+    streams = tuple((f"joints.{name}.encoder.zero", Normal()) for name in "AB")
+    found = lostmotion.Calibration(streams, np.array([0.7, -0.2]), np.array(covariance))
+    path = tmp_path / "robot.toml"
+    path.write_text(calibration_text(found, Deviations(), poses=3, digest="0"))
+    read = read_calibration(path, lostmotion.read(EXAMPLES / "z-arm.toml"))
+    assert read.streams == streams
+    np.testing.assert_array_equal(read.mean, found.mean)
+    np.testing.assert_allclose(read.covariance, found.covariance, atol=1e-10)
+
+
+def test_names_with_a_comma_are_quoted_in_the_table():
+    """Every row of mdh.csv has five cells."""
+    chain = exact_chain(lostmotion.read(EXAMPLES / "z-arm.toml"))
+    names = ('A, "left"', *chain.joints[1:])
+    text = mdh_text(chain._replace(joints=names), mdh_of(chain))
+    rows = list(csv.reader(io.StringIO("".join(text.splitlines(keepends=True)[4:]))))
+    assert {len(row) for row in rows} == {5}
+    assert tuple(row[0] for row in rows[1:]) == names
+
+
+@pytest.mark.parametrize(
+    ("instrument", "example"),
+    [
+        ("dial", "dial [mm], along"),
+        ("inclinometer", "angle [deg], about"),
+        ("sphere", "sphere, radius [mm]"),
+        ("tags", "u, v, corner, tag"),
+        ("tracker", "x [mm], y [mm], z [mm]"),
+    ],
+)
+def test_a_missing_column_has_the_example_of_its_instrument(instrument, example, tmp_path):
+    """Not that of another one."""
+    joints, points = twenty()
+    path = written(tmp_path / "visits.csv", joints, points[:, :0], HEADER.partition(",x")[0])
+    with pytest.raises(InputError) as refused:
+        read_calibration_visits(path, lostmotion.read(ARM), instrument=instrument)
+    assert example in [each.example for each in refused.value.problems]
+
+
+def test_the_place_of_the_camera_needs_no_square_matrix_of_all_images(monkeypatch):
+    """The largest matrix of its decomposition has the size of the equations."""
+    sizes, svd = [], np.linalg.svd
+
+    def counted(*given, **named):
+        found = svd(*given, **named)
+        sizes.append(max(np.size(each) for each in found))
+        return found
+
+    count, camera = 60, Camera(800, 800, 320, 240, 0.04)
+    twists = np.random.default_rng(1).uniform(-0.2, 0.2, (count, 6))
+    tools = exp(twists)
+    places = (
+        0.04 * CORNERS @ tools[:, :3, :3].transpose(0, 2, 1) + tools[:, None, :3, 3] + [0, 0, 2]
+    )
+    pixels = 800 * places[..., :2] / places[..., 2:] + [320, 240]
+    monkeypatch.setattr(np.linalg, "svd", counted)
+    tags_of(Readings("tags", pixels, ("A",) * count, camera), tools)
+    assert max(sizes) == 9 * count * 18
