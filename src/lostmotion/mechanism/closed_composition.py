@@ -46,7 +46,7 @@ def composed(loops: Loops, twists: Mapping[int, Floats]) -> Floats:
     frames = np.full((poses * samples, 4, 4), np.nan)
     passive = np.array([steps[each.place] for each in tree.passive])
     for _ in range(_MOST_STEPS):
-        here = _placed(loops, steps, passive, displaced, loads, active)
+        here = placed(loops, steps, passive, displaced, loads, active)
         away = misfits(tree, here).reshape(len(active), -1, 1)
         load, step = _of_poses(loops, away, active // samples)
         frames[active] = here[-1]
@@ -77,7 +77,7 @@ def _given(loops: Loops, load: Floats, pose: NDArray[np.int64]) -> Floats:
     return np.asarray(np.einsum("pij,pj->pi", loops.loop_compliance[pose], load))
 
 
-def _placed(
+def placed(
     loops: Loops,
     steps: Mapping[int, Floats],
     passive: Floats,

@@ -108,7 +108,7 @@ class State:
         moment. The mass of a joint, or of its gearbox where none is stated, is on its seat with the
         housing. So it loads the previous link and not its own bearing.
         """
-        return self._of_tree if self._closed is None else self._closed[1]
+        return self._of_tree if self.closed is None else self.closed[1]
 
     @functools.cached_property
     def _of_tree(self) -> Floats:
@@ -116,7 +116,7 @@ class State:
         return place_wrenches(self.arm.tree, self.frames, self.arm.payload, self.gravity)
 
     @functools.cached_property
-    def _closed(self) -> tuple[Loops, Floats] | None:
+    def closed(self) -> tuple[Loops, Floats] | None:
         """Return the closures of a closed chain, and the wrenches on its places; None without."""
         springs = functools.partial(springs_under, self)
         return closed_statics(self.arm.tree, self.frames, self._of_tree, springs)
@@ -127,15 +127,15 @@ class State:
         and unit as `wrenches.weights_by_axis`.
         """
         by_axis = weights_by_axis(self.arm.tree, self.frames, self.arm.payload)
-        if self._closed is None:
+        if self.closed is None:
             return by_axis
-        return np.stack([self._closed[0].wrenches(each) for each in by_axis])
+        return np.stack([self.closed[0].wrenches(each) for each in by_axis])
 
     @functools.cached_property
     def process_wrenches(self) -> Floats:
         """Return the part of `wrenches` by the process force and moment."""
         process = process_wrenches(self.arm.tree, self.frames, self.arm.payload)
-        return process if self._closed is None else self._closed[0].wrenches(process)
+        return process if self.closed is None else self.closed[0].wrenches(process)
 
     @functools.cached_property
     def torques(self) -> Floats:
@@ -159,8 +159,8 @@ class State:
 
         The transpose is the wrench at the place per wrench on the tool (virtual work).
         """
-        if self._closed is not None:
-            return self._closed[0].carry(place)
+        if self.closed is not None:
+            return self.closed[0].carry(place)
         return carry(self.arm.tree, self.frames, place)
 
     def tool_twists(self, place: NDArray[np.int64], local: Floats) -> Floats:
@@ -178,8 +178,8 @@ class State:
         filled = np.asarray(local.any(axis=2))
         first = 0
         for number, group in itertools.groupby(place.tolist()):
-            if self._closed is not None:
-                taken_up(self.arm.tree, self._closed[0], number, local[:, place == number])
+            if self.closed is not None:
+                taken_up(self.arm.tree, self.closed[0], number, local[:, place == number])
             matrix = self.carry(number).transpose(1, 2, 0)
             turns = np.asarray(matrix[:3].any(axis=(0, 2)))
             last = first + sum(1 for _ in group)
@@ -202,8 +202,8 @@ class State:
         chain from the base to the tool; places on a branch do not move the tool. `places` are in
         rising order. The geometry is exact for displacements of any size.
         """
-        if self._closed is not None:
-            return composed(self._closed[0], dict(zip(places, twists, strict=True)))
+        if self.closed is not None:
+            return composed(self.closed[0], dict(zip(places, twists, strict=True)))
         on_path = [k for k, place in enumerate(places) if place in self.arm.tree.tool_path]
         # Fixed steps from each place to the next one, and from the last one to the tool.
         *steps, last = steps_between(self.frames[[*(places[k] for k in on_path), -1]])

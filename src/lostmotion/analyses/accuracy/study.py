@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.analyses.accuracy.answer import Answer, answer
@@ -12,6 +12,7 @@ from lostmotion.error_model.budget import budget
 from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.pose_selection import among, one_pose, poses_in_zone
 from lostmotion.error_model.poses import sample_poses
+from lostmotion.error_model.trust import with_figures
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
 from lostmotion.reporting.sheet import several
@@ -42,13 +43,16 @@ def carry_out(
     Raises InputError for a pose that there is not, and a zone that no pose reaches, before anything
     is computed.
     """
+    chosen = with_figures(arm, chosen)
     for pose in at:
         one_pose(chosen.q, pose)
     rooms = [_Room.of(arm, chosen, each, law, route.seed) for each in zones]
     found = route.over(
         arm,
         chosen,
-        None if law is None else lambda count: sample_poses(arm, count, law, route.seed),
+        None
+        if law is None
+        else lambda count: with_figures(arm, sample_poses(arm, count, law, route.seed)),
     )
     in_zones = tuple(room.studied(route) for room in rooms)
     study: Study | AnalyticStudy
@@ -119,7 +123,8 @@ class _Room:
             return cls(arm, among(chosen, tool_points(arm, chosen.q), zone))
 
         def more(count: int) -> InZone:
-            return poses_in_zone(arm, count, zone, seed, law)
+            found = poses_in_zone(arm, count, zone, seed, law)
+            return replace(found, poses=with_figures(arm, found.poses))
 
         return cls(arm, more(len(chosen)), more)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.intervals import student
 from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.trust import trusted
 from lostmotion.propagation.analytic import analytic
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ class PoseErrors:
 
     low, high (measure, pose) mean and quantile less and plus their uncertainty
     valid     (pose,) whether both figures are known to 5 %: a level may fall into a gap between the
-              lengths of a few two-valued errors
+              lengths of a few two-valued errors; and whether first order is valid
     """
 
     mean: Floats
@@ -62,7 +63,7 @@ def errors(
         )
         values[:, here] = found.mean, found.quantiles[:, 0]
         off[:, here] = found.mean_uncertainty, found.quantiles_uncertainty[:, 0]
-        valid[here] = found.valid
+        valid[here] = found.valid & trusted(arm, q[here])
     return PoseErrors(
         values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid
     )

@@ -133,6 +133,8 @@ def map(  # noqa: A001 - the name on both sides
     from lostmotion.analyses.workspace_map.map import MapRequest, map_workspace
     from lostmotion.analyses.workspace_map.result import AccuracyMap
     from lostmotion.error_model.provenance import refuse_undescribed
+    from lostmotion.error_model.trust import refuse_untrusted
+    from lostmotion.mechanism.even_poses import even_poses
     from lostmotion.propagation.first_order import refuse_large_errors
 
     stated = {
@@ -143,6 +145,7 @@ def map(  # noqa: A001 - the name on both sides
     request = MapRequest(**stated)
     refuse_undescribed(asked.arm)
     refuse_large_errors(asked.arm)
+    refuse_untrusted(asked.arm, even_poses(asked.arm))
     asked.ready()
     threads = asked.threads or os.cpu_count() or 1
     found = map_workspace(

@@ -26,6 +26,7 @@ from lostmotion.analyses.workspace_map.placement_tables import (
     size_unit,
 )
 from lostmotion.error_model.provenance import states
+from lostmotion.error_model.trust import trust_remarks
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.arm_sheet import with_arm
@@ -410,6 +411,7 @@ def _reach(found: WorkspaceMap) -> Section:
 
 def _remarks(found: WorkspaceMap) -> list[str]:
     out = ["any orientation of the tool; obstacles, floor and self-collision are not checked"]
+    out += trust_remarks(found.arm)
     if found.uncertain.any():
         cells = several(int(found.uncertain.sum()), "cell")
         out.append(

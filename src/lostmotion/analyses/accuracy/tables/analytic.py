@@ -22,6 +22,7 @@ from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, rms_se
 from lostmotion.error_model.intervals import Estimate, of_length
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
+from lostmotion.error_model.trust import trust_remarks
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
@@ -149,7 +150,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *provenance_sections(known),
         ),
         warnings=(*arm.warnings, *overload_warnings(overloaded), *few_poses(blame, 1, approach)),
-        notes=arm.remarks,
+        notes=(*trust_remarks(arm), *arm.remarks),
         words=_WORDS,
         source=(
             f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples "

@@ -41,6 +41,7 @@ from lostmotion.error_model.budget import costs
 from lostmotion.error_model.few_poses import RP
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
+from lostmotion.error_model.trust import trust_remarks
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.error_samples import Summed
@@ -142,7 +143,7 @@ def sheet(answer: Answer) -> Sheet:
             *overload_warnings(overloaded),
             *few_poses(answer.budget, sampled.visits, answer.approach),
         ),
-        notes=answer.arm.remarks,
+        notes=(*trust_remarks(answer.arm), *answer.arm.remarks),
         words=_WORDS,
         source=_source(answer),
         arrays="the results for every pose and robot",

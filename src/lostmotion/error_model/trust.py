@@ -1,0 +1,201 @@
+"""Where first order is not valid in a closed chain: near a parallel singularity, poses have no
+figure of the error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.errors import InputError, Problem
+from lostmotion.mechanism.assembly import assembled, may_not_assemble
+from lostmotion.mechanism.closed_jacobian import twist_units
+from lostmotion.mechanism.closed_trust import loosest, share_neglected
+from lostmotion.mechanism.holding import spread_evenly
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.mechanism.state import state_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.error_model.pose_matrix import PoseMatrix
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# No figure where first order neglects a larger share of the error.
+FAILS: Final = 0.1
+# Figures are refused where more than this share of the poses has none: a 95th percentile of the
+# rest would not be one of the workspace.
+_MOST_WITHOUT: Final = 0.05
+# Standard deviations of the error along the loose direction at which the share is taken.
+_DEVIATIONS: Final = 2.0
+_BLOCK: Final = 256
+# Share below which first order is valid at poses of smaller gain.
+_SMALL: Final = 0.01
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How far first order is valid at poses.
+
+    neglected  (pose,) share of the error that first order neglects
+    direction  (pose, 6) unit twist of the tool that errors of the drives move most: rotation, and
+               shift as a share of the size of the chain
+    part       (pose,) name of the part that adds most to the mean-square error along it
+    """
+
+    neglected: Floats
+    direction: Floats
+    part: NDArray[np.str_]
+
+
+def trust(arm: Arm, q: Floats) -> Trust:
+    """Return how far first order is valid in a closed chain at these values of the driven joints
+    (pose, joint), at which it is assembled.
+
+    The errors are those whose draws most likely move the tool by two standard deviations along its
+    loose direction, to either side, besides those without draws; the larger share counts. It grows
+    with the gain: poses are evaluated from the largest gain on, until it is below 1 % at 256
+    successive ones. It counts as zero at the others.
+    """
+    direction, gains = loosest(arm.tree, q)
+    neglected, part = np.zeros(len(q)), np.full(len(q), "", dtype=object)
+    order = np.argsort(-gains, kind="stable")
+    for first in range(0, len(q), _BLOCK):
+        rows = order[first : first + _BLOCK]
+        neglected[rows], part[rows] = _at(arm, q[rows], direction[rows])
+        if neglected[rows].max() < _SMALL:
+            break
+    return Trust(neglected, direction, part)
+
+
+def _at(arm: Arm, q: Floats, direction: Floats) -> tuple[Floats, NDArray[np.str_]]:
+    """Return the neglected share, and the part that adds most, at each pose (pose,)."""
+    matrix = screws(state_of(arm, q))
+    loops = matrix.state.closed
+    if loops is None or not len(matrix.infos):
+        return np.zeros(len(q)), np.full(len(q), "")
+    along = np.einsum("pi,i,pik->pk", direction, twist_units(arm.tree), matrix.tool)
+    draws, shares = np.zeros_like(along), np.zeros_like(along)
+    for columns in matrix.groups.values():
+        together = along[:, columns].sum(axis=1)
+        shares[:, columns] = together[:, None] * along[:, columns]
+        if matrix.infos[columns[0]].draws:
+            draws[:, columns] = together[:, None]
+    drawn = np.array([bool(each.draws) for each in matrix.infos])
+    spread = np.sqrt(shares[:, drawn].sum(axis=1))
+    draws *= _DEVIATIONS / np.where(spread > 0, spread, 1.0)[:, None]
+    sides = [
+        share_neglected(loops[0], _twists(matrix, np.where(drawn, sign * draws, 1.0)))
+        for sign in (1.0, -1.0)
+    ]
+    owners = [each.of.owner for each in matrix.infos]
+    names = list(dict.fromkeys(owners))
+    by_part = np.zeros((len(q), len(names)))
+    for k, owner in enumerate(owners):
+        by_part[:, names.index(owner)] += shares[:, k]
+    part = np.array([short_name(name) for name in names])[by_part.argmax(axis=1)]
+    return np.maximum(*sides), part
+
+
+def _twists(matrix: PoseMatrix, draws: Floats) -> dict[int, Floats]:
+    """Return the twists (pose, 6) of all places for draws (pose, column)."""
+    out = {}
+    for place in np.unique(matrix.place).tolist():
+        own = matrix.place == place
+        out[place] = np.einsum("pik,pk->pi", matrix.local[:, :, own], draws[:, own])
+    return out
+
+
+def trusted(arm: Arm, q: Floats) -> NDArray[np.bool_]:
+    """Return whether (pose,) first order is valid at each of these poses (pose, joint); everywhere
+    in an open chain.
+    """
+    if not may_not_assemble(arm):
+        return np.ones(len(q), dtype=bool)
+    return np.asarray(trust(arm, q).neglected <= FAILS)
+
+
+def refuse_untrusted(arm: Arm, q: Floats, most: float = _MOST_WITHOUT) -> None:
+    """Raise InputError where first order is not valid at more than this share of the poses."""
+    valid = trusted(arm, q)
+    if 1 - valid.mean() > most:
+        raise _refusal(trust(arm, q), len(q))
+
+
+def with_figures(arm: Arm, poses: Poses) -> Poses:
+    """Return the poses without those at which first order is not valid; all for an open chain.
+
+    Of independent sets as many poses are kept in each. Raises InputError where poses that are given
+    have one such pose, and where more than 5 % of sampled ones are.
+    """
+    valid = trusted(arm, poses.q)
+    if valid.all():
+        return poses
+    refuse_untrusted(arm, poses.q, 0.0 if poses.law == "given" else _MOST_WITHOUT)
+    sets = valid.reshape(poses.replicates, -1)
+    each = int(sets.sum(axis=1).min())
+    rows = [np.flatnonzero(row)[:each] + k * len(row) for k, row in enumerate(sets)]
+    return replace(poses, q=poses.q[np.concatenate(rows)])
+
+
+def _refusal(found: Trust, poses: int) -> InputError:
+    failing = np.count_nonzero(found.neglected > FAILS)
+    return InputError(
+        [
+            Problem(
+                "",
+                "poses",
+                f"first order neglects more than {100 * FAILS:g} % of the error at {failing} of "
+                f"{poses} poses, {_worst(found)}",
+                "poses farther from a parallel singularity: narrower limits of the drives; or "
+                "smaller errors",
+            )
+        ]
+    )
+
+
+def _worst(found: Trust) -> str:
+    """Return where first order neglects most, in which direction, and by which part."""
+    k = int(found.neglected.argmax())
+    share = found.neglected[k]
+    turn, shift = found.direction[k, :3], found.direction[k, 3:]
+    sliding = np.linalg.norm(shift) >= np.linalg.norm(turn)
+    way = shift if sliding else turn
+    way = way / np.linalg.norm(way)
+    axes = ", ".join(f"{value + 0.0:.2f}" for value in np.round(way, 2))
+    size = f"{100 * share:.3g} %" if share < 1 else "all of it"
+    return (
+        f"at most {size}; there the tool is loose {'along' if sliding else 'in rotation about'} "
+        f"({axes}) in the base's axes, and {found.part[k]} adds most to the error in this direction"
+    )
+
+
+def trust_remarks(arm: Arm) -> tuple[str, ...]:
+    """Return the remark on the poses of a closed chain that have no figure, of 256 spread evenly
+    between the limits of the drives; none for an open chain, and where first order neglects less
+    than 1 %.
+    """
+    if not may_not_assemble(arm):
+        return ()
+    q = spread_evenly(arm.limits)
+    found = trust(arm, q[assembled(arm, q)])
+    count, of = int(np.count_nonzero(found.neglected > FAILS)), len(found.neglected)
+    if not count:
+        largest = found.neglected.max(initial=0.0)
+        return (
+            (f"first order neglects up to {100 * largest:.2g} % of the error: {_worst(found)}",)
+            if largest > _SMALL
+            else ()
+        )
+    return (
+        (
+            f"no figure, and excluded: {count} of {of} poses spread evenly, at which first order "
+            f"neglects more than {100 * FAILS:g} % of the error, {_worst(found)}. Quantiles and "
+            "means are those of the other poses"
+        ),
+    )

@@ -1,0 +1,139 @@
+"""Validity of first order in a closed chain near a parallel singularity: a five-bar towards its
+straight distal links, beside the exact position of two circles.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.trust import (
+    refuse_untrusted,
+    trust,
+    trust_remarks,
+    trusted,
+    with_figures,
+)
+from lostmotion.errors import InputError
+from lostmotion.mechanism.assembly import assembled
+from lostmotion.mechanism.closed_trust import loosest, share_neglected
+from lostmotion.mechanism.holding import spread_evenly
+from tests.mechanism.closed_chains import at, five_bar
+
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "share of the error that first order neglects near a parallel singularity of a five-bar",
+        "exact intersection of two circles with the error in",
+        "1e-4 of the error",
+        "mechanism/closed_trust.py error_model/trust.py",
+    ),
+)
+
+FIVE_BAR = Path(__file__).parents[2] / "examples" / "closed-chains" / "five-bar.toml"
+# Spread from the singularity (rad), first order and exact (µm), share neglected.
+SPREADS = (
+    (0.3, 21.375, 21.375, 0.0001),
+    (0.03, 58.282, 58.252, 0.0006),
+    (0.003, 182.735, 181.738, 0.0055),
+    (0.0003, 577.401, 548.479, 0.0500),
+)
+
+
+def drives(spread):
+    """Return the drives (2,) of a five-bar at this spread from its singularity, rad."""
+    turned = np.arcsin(0.8) - spread
+    return np.array([np.pi / 2 + turned, np.pi / 2 - turned])
+
+
+def by_circles(q, shift):
+    """Return the tip (2,) of the five-bar with its first elbow shifted along the distal link by
+    `shift`, m: the intersection of two circles.
+    """
+    one, other = (
+        np.array([x, 0]) + 0.25 * np.array([np.cos(a), np.sin(a)])
+        for x, a in zip((0, 0.2), q, strict=True)
+    )
+    rods = 0.3 + shift, 0.3
+    apart = other - one
+    d = np.linalg.norm(apart)
+    along = (d**2 + rods[0] ** 2 - rods[1] ** 2) / (2 * d)
+    high = np.sqrt(rods[0] ** 2 - along**2)
+    return one + apart / d * along + high * np.array([-apart[1], apart[0]]) / d
+
+
+@pytest.mark.parametrize(("spread", "first", "exact", "share"), SPREADS)
+def test_the_second_step_of_newton_is_what_first_order_neglects(spread, first, exact, share):
+    """The share of a play of 20 µm grows as the exact position leaves first order."""
+    q = drives(spread)
+    state = at(five_bar(0.3), q)
+    loops, place = state.closed[0], state.arm.places.index("e1")
+    twist = np.array([0, 0, 0, 20e-6, 0, 0])
+    linear = np.linalg.norm((state.carry(place)[0] @ twist)[3:])
+    moved = np.linalg.norm(by_circles(q, 20e-6) - by_circles(q, 0.0))
+    assert 1e6 * linear == pytest.approx(first, abs=6e-4)
+    assert 1e6 * moved == pytest.approx(exact, abs=6e-3)
+    found = share_neglected(loops, {place: twist[None]})[0]
+    assert found == pytest.approx(share, abs=6e-5)
+    assert found == pytest.approx(1 - moved / linear, abs=1e-4)
+
+
+def test_the_loose_direction_of_a_five_bar_is_that_of_two_circles():
+    """The tool twists most where differences of two circles have it, lengths counted as shares of
+    the longest link; the gain in m/rad is the printed one.
+    """
+    q, longest, step = drives(0.3), 0.3, 1e-6
+    (direction,), (gain,) = loosest(five_bar(0.3).tree, q[None])
+
+    def twisted(drives):
+        tip = by_circles(drives, 0.0)
+        link = tip - 0.25 * np.array([np.cos(drives[0]), np.sin(drives[0])])
+        return np.array([np.arctan2(link[1], link[0]), *tip / longest])
+
+    columns = np.column_stack(
+        [(twisted(q + step * each) - twisted(q - step * each)) / (2 * step) for each in np.eye(2)]
+    )
+    vectors, values, _ = np.linalg.svd(columns)
+    assert np.linalg.norm(longest * columns[1:], ord=2) == pytest.approx(0.3107, abs=6e-5)
+    assert gain == pytest.approx(values[0], rel=1e-6)
+    assert abs(direction[2:5] @ vectors[:, 0]) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_poses_without_a_figure_are_refused_counted_and_explained(tmp_path):
+    """Where first order fails at a pose, it has no figure: a pose that is given is refused, sampled
+    ones are excluded, and the message names direction and part.
+    """
+    (tmp_path / "short.toml").write_text(FIVE_BAR.read_text().replace("400 mm", "300 mm"))
+    arm = lostmotion.read(tmp_path / "short.toml")
+    near = drives(1e-4)[None]
+    assert trust(arm, near).neglected[0] > 0.1
+    assert not trusted(arm, near)[0]
+    with pytest.raises(InputError, match=r"first order neglects more than 10 %.*loose (along|in)"):
+        lostmotion.study(arm, poses=near, robots=8, visits=2)
+    home = np.array([arm.home])
+    mixed = Poses(np.concatenate([np.repeat(home, 31, axis=0), near]), "uniform", 2)
+    assert len(with_figures(arm, mixed)) == 30
+    wide = Poses(np.concatenate([np.repeat(home, 9, axis=0), near]), "uniform")
+    with pytest.raises(InputError, match="1 of 10 poses"):
+        with_figures(arm, wide)
+
+
+def test_the_notes_count_poses_without_a_figure(tmp_path):
+    """Lengths that vary by centimetres leave poses without a figure where the distal links are
+    nearly straight: the notes of a study count them, and a study of many of them is refused.
+    """
+    text = FIVE_BAR.read_text().replace("400 mm ± 30 µm", "300 mm ± 8 mm")
+    assert trust_remarks(lostmotion.read(FIVE_BAR)) == ()
+    (tmp_path / "vague.toml").write_text(text)
+    vague = lostmotion.read(tmp_path / "vague.toml")
+    q = spread_evenly(vague.limits)
+    found = trust(vague, q[assembled(vague, q)])
+    count = np.count_nonzero(found.neglected > 0.1)
+    assert count
+    (note,) = trust_remarks(vague)
+    assert note.startswith(f"no figure, and excluded: {count} of {len(found.neglected)} poses")
+    with pytest.raises(InputError, match="first order neglects"):
+        refuse_untrusted(vague, q[assembled(vague, q)], (count - 1) / len(found.neglected))
+    refuse_untrusted(vague, q[assembled(vague, q)], count / len(found.neglected))
