@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import math
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lostmotion.errors import InputError
+from lostmotion.io.native import arm_of
+from lostmotion.mechanism.assembly import assembled
+from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.closed_inverse import solved
 from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
 from lostmotion.mechanism.state import state_of
@@ -14,6 +20,10 @@ from lostmotion.spatial import pose_of
 from tests.mechanism.closed_chains import delta, five_bar, hexapod, hexapod_legs, three_rrr
 
 POINTS = 40
+EXAMPLES = Path(__file__).parents[2] / "examples" / "closed-chains"
+# Between the proximal links of the five-bar, all of whose elbows within the limits need the rods to
+# cross the line between them: the other intersection of two circles. One pair of elbows.
+OTHER_MODE, CRANKS = (0.1, -0.15, 0.0), ((0.0, -1), (0.2, 1))
 VALIDATES = (
     (
         "inverse kinematics of a five-bar, a delta, a hexapod and a planar stage",
@@ -118,18 +128,70 @@ def test_a_planar_stage_reaches_the_components_that_it_controls():
     np.testing.assert_allclose(away, 0.0, atol=1e-7)
 
 
+def test_rods_that_spin_on_two_balls_do_not_hinder_a_delta_printer():
+    """A delta printer with rods on two balls each reaches what three spheres have it, although the
+    six rods are free to spin about themselves: the end stops stand sqrt(L^2 - r^2) above the tool.
+    """
+    text = (EXAMPLES / "delta-printer.toml").read_text(encoding="utf-8")
+    universal = text[text.index('type = "universal"') : text.index("link = { length = ")]
+    ball = 'type = "spherical"\nstart = ["0 deg", "26 deg", "0 deg"]\nbearing = "ball"\n'
+    arm = arm_of("test.toml", tomllib.loads(text.replace(universal, ball)))
+    assert home_of(arm.tree).idle == 6
+    rng = np.random.default_rng(5)
+    tools = np.column_stack([rng.uniform(-0.05, 0.05, (POINTS, 2)), rng.uniform(0.05, 0.1, POINTS)])
+    expected = np.empty((POINTS, 3))
+    for k, angle in enumerate(np.radians((0, 120, 240))):
+        # from the middle of two balls of a carriage to that of two balls of the platform
+        tower = (0.14 - 0.03) * np.array([math.cos(angle), math.sin(angle)])
+        aside = np.linalg.norm(tools[:, :2] - tower, axis=1)
+        expected[:, k] = tools[:, 2] + np.sqrt(0.25**2 - aside**2)
+    q, reached = inverse_kinematics(
+        arm, poses(tools), np.tile(arm.home, (POINTS, 1)), with_orientation=False
+    )
+    assert reached.all()
+    np.testing.assert_allclose(q, expected, atol=1e-8)
+
+
 def test_what_a_closed_chain_cannot_reach_is_not_returned_as_reached():
-    """A point beyond the legs, one beyond a limit of a drive and one beyond a singularity are not
-    reached, and the values returned are assembled.
+    """A point beyond the legs, one beyond a limit of a drive and one that only the other assembly
+    mode reaches are not reached, and the values returned are assembled.
     """
     arm = five_bar()
-    tools = np.array([(0.1, 0.9, 0), (0.1, -0.4, 0), (0.1, 0.4, 0)])
-    q, reached = inverse_kinematics(
-        arm, poses(tools), np.tile(arm.home, (3, 1)), with_orientation=False
-    )
-    np.testing.assert_array_equal(reached, (False, False, True))
-    assert np.isfinite(state_of(arm, q).frames).all()
+    tools = np.array([(0.1, 0.9, 0), (0.1, -0.4, 0), OTHER_MODE, OTHER_MODE, (0.1, 0.4, 0)])
+    start = np.tile(arm.home, (len(tools), 1))
+    start[3] = [crank(np.array([x, 0]), tools[3, :2], 0.25, 0.4, side) for x, side in CRANKS]
+    start[3] %= 2 * math.pi
+    assert ((start >= arm.limits[:, 0]) & (start <= arm.limits[:, 1])).all()
+    q, reached = inverse_kinematics(arm, poses(tools), start, with_orientation=False)
+    np.testing.assert_array_equal(reached, (False, False, False, False, True))
+    assert assembled(arm, q).all()
     assert ((q >= arm.limits[:, 0]) & (q <= arm.limits[:, 1])).all()
+
+
+def test_from_values_near_a_parallel_singularity_the_inverse_starts_at_home():
+    """Where the elbows of a five-bar almost meet, both rods lie almost on one another, and the tool
+    is loose across them. Points reached so are reached with the elbows apart, as from home.
+    """
+    arm = five_bar()
+    left = math.acos(0.4) + np.linspace(0.002, 0.02, POINTS)
+    start = np.column_stack([left, np.pi - left])
+    assert not assembled(arm, start).any()
+    aside = 0.1 - 0.25 * np.cos(left)
+    tools = np.column_stack([np.full(POINTS, 0.1), 0.25 * np.sin(left), np.zeros(POINTS)])
+    tools[:, 1] += np.sqrt(0.4**2 - aside**2)
+    q, reached = inverse_kinematics(arm, poses(tools), start, with_orientation=False)
+    assert reached.all()
+    assert assembled(arm, q).all()
+    expected = [crank(np.zeros(2), tool[:2], 0.25, 0.4, 1) for tool in tools]
+    np.testing.assert_allclose(q[:, 0], expected, atol=1e-7)
+
+
+def test_the_jacobian_of_a_chain_that_is_not_assembled_is_refused():
+    """A pose of the drives beyond the rods has no tool, and the message names the pose."""
+    arm = five_bar(0.3)
+    apart = np.array([arm.home, [math.pi, 0.0]])
+    with pytest.raises(InputError, match="pose 1 of 2: the closed chain cannot be assembled"):
+        tool_and_jacobian(arm, apart)
 
 
 @pytest.mark.parametrize("make", [five_bar, delta, hexapod, three_rrr])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.closed_arrays import ASSEMBLED
+from lostmotion.mechanism.closed_chain import assembled_frames
 from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.closed_inverse_kernel import reach
 from lostmotion.mechanism.closed_jacobian import motion_units, size, twist_units
@@ -20,16 +21,18 @@ if TYPE_CHECKING:
 
 # Longest step of a drive, rad or as a share of the size of the chain.
 _LONGEST_STEP: Final = 0.4
-# A pose that continuation from home assembles elsewhere, by more than so many times the difference
-# at which a pose counts as reached, is in another assembly mode.
+# Where continuation from home puts the tool elsewhere, by more than so many times the difference at
+# which a pose counts as reached, the steps have led to another assembly mode.
 _ELSEWHERE: Final = 100.0
 
 
 def tool_and_columns(tree: Tree, q: Floats) -> tuple[Floats, Floats]:
     """Return the pose of the tool (pose, 4, 4), m, and its twist per motion of each drive (pose, 6,
-    drive), rad or m per rad or m; of no meaning where the chain is not assembled.
+    drive), rad or m per rad or m. Raises InputError for a pose at which the chain is not assembled.
     """
     found = assemble(tree, q)
+    if not np.isin(found.problem, (ASSEMBLED, NEAR_SINGULAR)).all():
+        assembled_frames(tree, q)  # raises, with the pose and the reason
     return found.frames[-1], found.columns / twist_units(tree)[:, None]
 
 
@@ -46,23 +49,25 @@ def solved(
     (pose, 4, 4), m, in the assembly mode of home, and a mask (pose,) of those that were reached.
 
     limits     (drive, 2) rad or m
-    start      (pose, drive) values to start from; home where the chain is not assembled there
+    start      (pose, drive) values to start from; home where the chain is not assembled there, or
+               is near a parallel singularity
     rows       controlled components of the tool: 0 to 2 rotation, 3 to 5 position, base axes
     tolerance  rad and m
 
-    Every step is halved until the closures are met again without crossing a singularity. A pose
-    with a passive joint outside its limits, or near a parallel singularity, is not reached. The
-    drives of a pose that is not reached are those of its start.
+    Every step is halved until the closures are met again without crossing a singularity. The drives
+    of a pose that is not reached are where the steps end; those of the start where the chain then
+    has a passive joint outside its limits, is near a parallel singularity, or is in another
+    assembly mode. So the chain is assembled at all values that are returned.
     """
     chain, drives = chain_of(tree), motion_units(tree, tree.moved)
     first = assemble(tree, start)
-    good = (first.problem == ASSEMBLED) | (first.problem == NEAR_SINGULAR)
+    good = first.problem == ASSEMBLED
     home = home_of(tree)
     begin = np.where(good[:, None], start, np.array(tree.home))
     q, motions = np.array(begin), np.array(first.motions)
     motions[~good] = home.motions[:, 0, :3]
     done = np.empty(len(q), dtype=bool)
-    columns = np.empty((len(q), 6, len(drives)))
+    tools = np.empty((len(q), 3, 4))
     reach(
         chain,
         q,
@@ -73,13 +78,12 @@ def solved(
         _LONGEST_STEP * drives,
         np.array([tolerance, tolerance / size(tree)]),
         steps,
-        columns,
+        tools,
         done,
     )
     last = assemble(tree, q)
-    # what a pose is, is where continuation from home assembles it
-    ahead = np.abs(last.motions - motions).max(axis=(1, 2, 3), initial=0.0)
-    there = (last.problem == ASSEMBLED) | (last.problem == NEAR_SINGULAR)
-    there &= ahead < _ELSEWHERE * tolerance
+    # passive joints are not compared: idle freedoms stand as the way to them has left them
+    away = np.abs(last.frames[-1, :, :3] - tools).max(axis=(1, 2))
+    there = (last.problem == ASSEMBLED) & (away < _ELSEWHERE * tolerance)
     q[~there] = begin[~there]
-    return q, done & there & (last.problem == ASSEMBLED)
+    return q, done & there

@@ -55,30 +55,34 @@ def _damped(levers, error, out):
 
 
 @compiled
-def reach(chain, q, motions, wanted, rows, limits, longest, reached, steps, columns, done):
+def reach(chain, q, motions, wanted, rows, limits, longest, reached, steps, tools, done):
     """Move the drives q (pose, drive) and the passive joints (pose, passive, 3, 4) in place until
-    the tool is at the wanted frames (pose, 3, 4); done (pose,) where it arrived.
+    the tool is at the wanted frames (pose, 3, 4), at most so many steps.
 
     rows     (component,) of the tool's twist that are reached
     limits   (drive, 2) of the drives; longest (drive,) steps of the drives
     reached  (2,) differences in rad, and as a share of the size, below which a pose is reached
-    columns  (pose, 6, drive) is filled with the twists of the tool per motion of each drive
+    tools    (pose, 3, 4) is filled with the frames of the tool where the steps end, done (pose,)
+             with whether they end at the wanted frame
 
-    Every step is halved until the chain assembles without crossing a singularity; so q is always
-    assembled.
+    Every step is halved until the chain assembles without crossing a singularity. Where no part of
+    a step does, or the chain does not assemble at the start, the steps end; there the tool of the
+    start is NaN.
     """
     drives, components = q.shape[1], len(rows)
     frames = np.empty((len(chain.parent), 3, 4))
     now = np.empty((6 * len(chain.ends), len(chain.order)))
     trial = np.empty_like(now)
-    error, whole = np.empty(components), np.empty(6)
+    columns, error, whole = np.empty((6, drives)), np.empty(components), np.empty(6)
     levers, step, ahead = np.empty((components, drives)), np.empty(drives), np.empty(drives)
     for p in range(len(q)):
         done[p] = False
+        tools[p] = np.nan
         if not close(chain, q[p], motions[p], frames, now, MET) < MET:
             continue
         for turn in range(steps + 1):
-            passive = write_tool_columns(chain, frames, now, columns[p])
+            passive = write_tool_columns(chain, frames, now, columns)
+            tools[p] = frames[-1]
             _difference(frames[-1], wanted[p], chain.size, whole)
             near = True
             for k in range(components):
@@ -89,7 +93,7 @@ def reach(chain, q, motions, wanted, rows, limits, longest, reached, steps, colu
                 break
             for k in range(components):
                 for d in range(drives):
-                    levers[k, d] = columns[p, rows[k], d] * longest[d]
+                    levers[k, d] = columns[rows[k], d] * longest[d]
             _damped(levers, error, step)
             blocked = False
             for d in range(drives):

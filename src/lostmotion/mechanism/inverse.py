@@ -33,7 +33,7 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     The pose equals the last of `State.frames` to rounding. The Jacobian is the twist of the tool
     about the tool point, in the base's axes, per motion of each joint: rad or m per rad or m.
     Of a closed chain, the passive joints follow the drives. Raises ValueError for q of another
-    shape or not finite.
+    shape or not finite, InputError for a pose at which a closed chain is not assembled.
     Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
     values = as_poses(arm, q)
@@ -96,8 +96,9 @@ def inverse_kinematics(
     A pose is reached if its error is below `REACHED` within the joint limits. A pose that is not
     reached from one start may be reached from another. A joint at its limit does not move beyond it
     (clamping of P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402). Joints on a branch keep
-    their values. A closed chain stays in the assembly mode of its home. Raises ValueError for a
-    start of another shape or not finite.
+    their values. A closed chain stays in the assembly mode of its home, away from its parallel
+    singularities, at values that are not reached too.
+    Raises ValueError for a start of another shape or not finite.
     """
     low, high = arm.limits.T
     q = np.clip(as_poses(arm, start), low, high)
@@ -138,8 +139,10 @@ def inverse_kinematics(
 
 def stepped_towards(arm: Arm, q: Floats, points: Floats, steps: int) -> Floats:
     """Return joint values (pose, joint) after plain Newton steps from q towards points (pose, 3),
-    m, with least motion as a share of the joint ranges, within the limits; of a closed chain, after
-    the damped ones that keep it assembled, from where they do not arrive the values q.
+    m, with least motion as a share of the joint ranges, within the limits.
+
+    The tool is where the steps end, which need not be at the points. Of a closed chain the steps
+    are the damped ones of `inverse_kinematics`, which keep it assembled.
     """
     low, high = arm.limits.T
     if arm.closures:
