@@ -94,7 +94,7 @@ def platform(rng: np.random.Generator):
 
 def differences(state: State, place: int) -> np.ndarray:
     """Return the twist of the tool (6, 6) per twist at a place: central differences of the exact
-    position, where the closures are met anew.
+    position, solved from the closures.
     """
     steps = np.concatenate([np.eye(6), -np.eye(6)]) * STEP
     ends = state.composed([place], steps[None, None])[0].reshape(2, 6, 4, 4)
