@@ -270,7 +270,7 @@ def test_rays_and_points_agree_where_rays_are_valid(seed, rank):
     rays = magnitude.by_rays(shift, bias, cumulants(terms))
     drawn = magnitude.sobol_draws(
         terms,
-        dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0),
+        dict.fromkeys((stream for term in terms for stream, _ in term), 1.0),
         magnitude.POINTS,
     )
     values, uncertainty = magnitude.by_points(shift, bias, drawn)
@@ -291,7 +291,7 @@ def test_mean_and_deviation_by_rays_lie_within_their_uncertainty(rank, seed):
     terms, shift, bias = shapes_of(seed, rank)
     rays = magnitude.by_rays(shift, bias, cumulants(terms))
     drawn = magnitude.sobol_draws(
-        terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 2**17, seed=9
+        terms, dict.fromkeys((stream for term in terms for stream, _ in term), 1.0), 2**17, seed=9
     )
     exact, _ = magnitude.by_points(shift, bias, drawn)
     near = rays.nearly_normal
@@ -305,7 +305,7 @@ def test_uncertainty_by_points_covers_the_scatter_between_sequences():
     of a quantile at least a tenth of it.
     """
     terms, shift, bias = shapes_of(0)
-    streams = dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0)
+    streams = dict.fromkeys((stream for term in terms for stream, _ in term), 1.0)
     found = np.array(
         [
             magnitude.by_points(
@@ -433,7 +433,7 @@ def test_points_have_the_exact_variance_of_the_squared_error(seed):
     known = cumulants(terms)
     assert len(known.third.terms)
     drawn = magnitude.sobol_draws(
-        terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 2**16
+        terms, dict.fromkeys((stream for term in terms for stream, _ in term), 1.0), 2**16
     )
     for p in range(3):
         squares = np.square(shift[p] @ drawn + bias[p][:, None]).sum(axis=0)
@@ -490,7 +490,7 @@ def test_a_pose_in_a_full_tile_has_the_same_bits_whatever_follows():
     terms, shift, bias = shapes_of(1)
     shift, bias = np.tile(shift, (20, 1, 1)), np.tile(bias, (20, 1))
     drawn = magnitude.sobol_draws(
-        terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 4096
+        terms, dict.fromkeys((stream for term in terms for stream, _ in term), 1.0), 4096
     )
     for count in (64, 128):
         assert np.array_equal(
@@ -509,7 +509,7 @@ def test_pooled_counts_are_the_histogram_of_all_magnitudes():
     """
     terms, shift, bias = shapes_of(2)
     drawn = magnitude.sobol_draws(
-        terms, dict.fromkeys({stream for term in terms for stream, _ in term}, 1.0), 4096
+        terms, dict.fromkeys((stream for term in terms for stream, _ in term), 1.0), 4096
     )
     counts = magnitude.pooled_counts(shift * 1e-4, bias * 1e-4, drawn)
     centred = drawn - drawn.mean(axis=1, keepdims=True)

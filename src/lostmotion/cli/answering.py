@@ -25,6 +25,8 @@ _LINE: Final = 80
 _GAP: Final = "   "
 # The options that replace the one screen that is printed.
 _PRINTED: Final = ("json", "full", "quiet")
+# Beginnings of lines that are copied whole.
+_COPIED: Final = (" ", "File:", "Folder:")
 STOPPED: Final = 130  # the shell's own code for it
 stopped: list[bool] = []
 # where they could not be raised: what was computed since is not to be trusted
@@ -93,14 +95,16 @@ def answer(function: Callable[..., Any], question: Question, typed: Mapping[str,
 
 
 def _folded(text: str) -> str:
-    """Return a text with its lines folded; indented ones are commands, to be copied whole."""
+    """Return a text with its lines folded, but for what is copied whole: commands, which are
+    indented, and the name of what was written.
+    """
     from lostmotion.reporting.bars_on_screen import wrapped
 
     lines = text.splitlines()
     return "\n".join(
         part
         for line in lines
-        for part in ([line] if line.startswith(" ") else wrapped(line, _LINE))
+        for part in ([line] if line.startswith(_COPIED) else wrapped(line, _LINE))
     )
 
 

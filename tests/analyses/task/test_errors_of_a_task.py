@@ -206,7 +206,9 @@ def test_the_margin_of_play_holds_in_the_arm_itself():
 
 
 def test_the_margin_of_payload_ends_where_the_arm_falls(tmp_path):
-    """An upright arm on a spring k carries m at the height h while m g h < k, and no longer."""
+    """An upright arm on a spring k carries m at the height h while m g h < k; just before, the
+    error d of its encoder moves the tool by h d / (1 - m g h / k), to the edge of the sphere.
+    """
     stiffness, height, mass = 200.0, 0.5, 1.0
     arm = lostmotion.Arm.model_validate(
         {
@@ -228,8 +230,9 @@ def test_the_margin_of_payload_ends_where_the_arm_falls(tmp_path):
     program = rows(tmp_path, [[-np.pi / 2]], arm)
     found = remedies(program, program.matrix(), 0, [], 20, 1, 1)
     (margin,) = (each for each in found.margins if each.name == "payload")
-    falls = stiffness / (mass * arm.gravity * height)
-    assert margin.factor == pytest.approx(falls, rel=0.01)
+    falls, edge = stiffness / (mass * arm.gravity * height), 5e-3
+    largest = height * np.radians(0.25 / 60)
+    assert margin.factor == pytest.approx(falls * (1 - largest / edge), rel=0.006)
 
 
 def test_a_placement_is_found():
