@@ -76,15 +76,20 @@ def test_an_existing_folder_is_left_alone_without_force(ran):
 
 
 def test_a_file_that_is_read_is_not_replaced_by_the_results(tmp_path):
-    """A sized arm lies beside the report of its sizing: --force spares what the command reads."""
-    (tmp_path / "sized").mkdir()
-    (tmp_path / "sized" / "result.json").write_text("{}")
-    arm = tmp_path / "sized" / "sized.toml"
+    """A sized arm lies beside the report of its sizing, measured poses beside their plan: --force
+    spares whatever the command reads.
+    """
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "result.json").write_text("{}")
+    arm, poses = (tmp_path / "out" / name for name in ("sized.toml", "poses.csv"))
     arm.write_text((EXAMPLES / "z-arm.toml").read_text("utf-8"), "utf-8")
-    done = lostmotion("study", "sized/sized.toml", "--out", "sized", "--force", cwd=tmp_path)
-    assert done.returncode == 2
-    assert "another folder than that of 'sized/sized.toml', which is read" in done.stderr
+    poses.write_text("measured")
+    for words in (("study", "out/sized.toml"), ("calibrate", ARM, "--measured", "out/poses.csv")):
+        done = lostmotion(*words, "--out", "out", "--force", cwd=tmp_path)
+        assert done.returncode == 2
+        assert f"another folder than that of '{words[-1]}', which is read" in done.stderr
     assert arm.exists()
+    assert poses.read_text() == "measured"
 
 
 def test_two_runs_write_the_same_bytes(tmp_path):

@@ -32,5 +32,6 @@ def test_the_notes_state_the_share_of_poses_with_open_plays():
     (note,) = open_play_remarks(loose(1e6))
     assert "at 100 % of" in note
     assert all(f"{name} 100 %" in note for name in FORCES)
+    assert "at 100 % of" in open_play_remarks(loose("1e6 N ± 0"))[0]
     example = Path(__file__).parents[2] / "examples" / "closed-chains" / "five-bar.toml"
     assert open_play_remarks(lostmotion.read(example)) == ()

@@ -113,6 +113,8 @@ def test_poses_without_a_figure_are_refused_counted_and_explained(tmp_path):
     with pytest.raises(InputError, match=r"first order neglects more than 10 %.*loose (along|in)"):
         lostmotion.study(arm, poses=near, robots=8, visits=2)
     home = np.array([arm.home])
+    with pytest.raises(InputError, match="first order neglects more than 10 %"):
+        lostmotion.study(arm, poses=np.repeat(home, 2, axis=0), method="analytic", at=near[0])
     mixed = Poses(np.concatenate([np.repeat(home, 31, axis=0), near]), "uniform", 2)
     assert len(with_figures(arm, mixed)) == 30
     wide = Poses(np.concatenate([np.repeat(home, 9, axis=0), near]), "uniform")
@@ -133,7 +135,7 @@ def test_the_notes_count_poses_without_a_figure(tmp_path):
     count = np.count_nonzero(found.neglected > 0.1)
     assert count
     (note,) = trust_remarks(vague)
-    assert note.startswith(f"no figure, and excluded: {count} of {len(found.neglected)} poses")
+    assert note.startswith(f"at {count} of {len(found.neglected)} poses spread evenly first order")
     with pytest.raises(InputError, match="first order neglects"):
         refuse_untrusted(vague, q[assembled(vague, q)], (count - 1) / len(found.neglected))
     refuse_untrusted(vague, q[assembled(vague, q)], count / len(found.neglected))

@@ -49,6 +49,25 @@ def test_a_sweep_refuses_poses_that_a_study_would_exclude(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
+def test_a_sweep_refuses_poses_at_which_first_order_fails(tmp_path):
+    """Poses between the limits of the drives where rods of uncertain length are nearly in line, and
+    the same ones from a file.
+    """
+    near = FIVE_BAR.read_text().replace('["100 deg", "160 deg"]', '["146 deg", "148 deg"]')
+    near = near.replace('["20 deg", "80 deg"]', '["43 deg", "45 deg"]')
+    near = near.replace('start = "130 deg"', 'start = "147 deg"')
+    near = near.replace('start = "50 deg"', 'start = "44 deg"')
+    near = near.replace("400 mm ± 30 µm", "300 mm ± 8 mm")
+    (tmp_path / "near.toml").write_text(near)
+    (tmp_path / "poses.csv").write_text("left [deg],right [deg]\n147,44\n")
+    for poses in (64, tmp_path / "poses.csv"):
+        with pytest.raises(InputError, match="first order neglects more than 10 % of the error"):
+            lostmotion.sweep(
+                tmp_path / "near.toml", poses=poses, robots=2, visits=2, out=tmp_path / "run"
+            )
+        assert not (tmp_path / "run").exists()
+
+
 @pytest.mark.slow
 def test_links_of_a_closed_chain_are_sized():
     """Lighter sections meet the limit on the slope of links, and a tighter limit needs more mass."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -60,8 +61,8 @@ def answer(function: Callable[..., Any], question: Question, typed: Mapping[str,
     own = "out" not in common  # a folder that is one of the question's arguments
     force = common.get("force", False)
     out = common.get("out") or (None if common["json"] else _folder(question, given))
-    if out is not None:
-        _refuse_to_replace(_files(question, given), out)
+    if out is not None and force:
+        _refuse_to_replace(given, out)
     callbacks = {each.name for each in question.parameters if each.argument.python_only}
     if "ready" in callbacks and out is not None:
         given["ready"] = partial(refuse_existing, out, force=force)
@@ -121,18 +122,27 @@ def _refuse_conflicts(common: Mapping[str, Any]) -> None:
         )
 
 
-def _refuse_to_replace(files: list[str], out: str) -> None:
-    """Raise InputError for a folder of results that holds a file which the command reads, of a name
-    that results have too: it would be replaced.
+def _refuse_to_replace(given: Mapping[str, Any], out: str) -> None:
+    """Raise InputError for a folder of results that holds a file which the command reads, whatever
+    the option: it would be replaced.
     """
-    from lostmotion.reporting.folder import FILES
-
     folder = Path(out).resolve()
-    for file in map(Path, files):
-        if file.name in FILES and file.resolve().parent == folder:
+    typed = [text for each in given.values() for text in (each if _lists(each) else [each])]
+    for file in (text for text in typed if isinstance(text, str) and _is_file(text)):
+        if Path(file).resolve().is_relative_to(folder):
             raise refuse_argument(
                 "out", out, f"another folder than that of '{file}', which is read", out="results"
             )
+
+
+def _lists(typed: object) -> bool:
+    return isinstance(typed, list | tuple)
+
+
+def _is_file(text: str) -> bool:
+    with suppress(OSError, ValueError):  # a text that is no path: too long, or with a zero in it
+        return Path(text).is_file()
+    return False
 
 
 def _files(question: Question, given: Mapping[str, Any]) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from lostmotion.mechanism.assembly import assembled, may_not_assemble
 from lostmotion.mechanism.holding import spread_evenly
 from lostmotion.mechanism.state import state_of
+from lostmotion.parts.play import InPlay
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,10 +26,11 @@ def open_plays(state: State) -> dict[str, NDArray[np.bool_]]:
     conditions = state.conditions()
     out: dict[str, NDArray[np.bool_]] = {}
     for placed in state.arm.terms:
-        threshold = placed.term.form.threshold
-        if threshold is not None and placed.place in joints:
+        form = placed.term.form
+        decides = form.decides if isinstance(form, InPlay) else form.threshold
+        if decides is not None and placed.place in joints:
             name = joints[placed.place]
-            found = threshold.share(conditions(placed)) < 0.5  # noqa: PLR2004 - most robots
+            found = decides.share(conditions(placed)) < 0.5  # noqa: PLR2004 - most robots
             out[name] = found | out.get(name, np.zeros(len(state), dtype=bool))
     return out
 

@@ -34,6 +34,10 @@ _MOST_WITHOUT: Final = 0.05
 # Standard deviations of the error along the loose direction at which the share is taken.
 _DEVIATIONS: Final = 2.0
 _BLOCK: Final = 256
+_EXCLUDED: Final = (
+    f"Poses above {100 * FAILS:g} % have no figure: sampled ones are excluded, and as many of each "
+    "set"
+)
 # Share below which first order is valid at poses of smaller gain.
 _SMALL: Final = 0.01
 
@@ -170,15 +174,15 @@ def _worst(found: Trust) -> str:
     axes = ", ".join(f"{value + 0.0:.2f}" for value in np.round(way, 2))
     size = f"{100 * share:.3g} %" if share < 1 else "all of it"
     return (
-        f"at most {size}; there the tool is loose {'along' if sliding else 'in rotation about'} "
+        f"{size} at most; there the tool is loose {'along' if sliding else 'in rotation about'} "
         f"({axes}) in the base's axes, and {found.part[k]} adds most to the error in this direction"
     )
 
 
 def trust_remarks(arm: Arm) -> tuple[str, ...]:
     """Return the remark on the poses of a closed chain that have no figure, of 256 spread evenly
-    between the limits of the drives; none for an open chain, and where first order neglects less
-    than 1 %.
+    between the limits of the drives, whatever poses were studied; none for an open chain, and where
+    first order neglects less than 1 %.
     """
     if not may_not_assemble(arm):
         return ()
@@ -188,14 +192,18 @@ def trust_remarks(arm: Arm) -> tuple[str, ...]:
     if not count:
         largest = found.neglected.max(initial=0.0)
         return (
-            (f"first order neglects up to {100 * largest:.2g} % of the error: {_worst(found)}",)
+            (
+                (
+                    f"share of the error that first order neglects, of {of} poses spread evenly: "
+                    f"{_worst(found)}. {_EXCLUDED}"
+                ),
+            )
             if largest > _SMALL
             else ()
         )
     return (
         (
-            f"no figure, and excluded: {count} of {of} poses spread evenly, at which first order "
-            f"neglects more than {100 * FAILS:g} % of the error, {_worst(found)}. Quantiles and "
-            "means are those of the other poses"
+            f"at {count} of {of} poses spread evenly first order neglects more than "
+            f"{100 * FAILS:g} % of the error: {_worst(found)}. {_EXCLUDED}"
         ),
     )

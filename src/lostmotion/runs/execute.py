@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from lostmotion.error_model.poses import REPLICATES
 from lostmotion.error_model.provenance import refuse_undescribed
+from lostmotion.error_model.trust import refuse_untrusted
 from lostmotion.errors import LostmotionError, refuse_argument, shown
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.poses import read_poses
@@ -227,7 +228,9 @@ def _refuse_excluded(arms: Iterable[Arm], law: Law, poses: int | Path, seed: int
         if not may_not_assemble(arm):
             continue
         if not isinstance(poses, int):
-            tool_points(arm, read_poses(poses, arm))
+            q = read_poses(poses, arm)
+            tool_points(arm, q)
+            refuse_untrusted(arm, q, 0.0)
             continue
         if poses > _MOST_CLOSED:
             raise refuse_argument(
@@ -238,7 +241,8 @@ def _refuse_excluded(arms: Iterable[Arm], law: Law, poses: int | Path, seed: int
             poses_between(arm, law, poses, seed, first, first + each)
             for first in range(0, poses, each)
         ]
-        excluded = np.count_nonzero(~assembled(arm, np.concatenate(rows)))
+        q = np.concatenate(rows)
+        excluded = np.count_nonzero(~assembled(arm, q))
         if excluded:
             raise refuse_argument(
                 "poses",
@@ -248,3 +252,4 @@ def _refuse_excluded(arms: Iterable[Arm], law: Law, poses: int | Path, seed: int
                 "leaves them out",
                 poses="poses.csv",
             )
+        refuse_untrusted(arm, q, 0.0)

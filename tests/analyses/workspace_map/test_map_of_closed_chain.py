@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
+import lostmotion
 from lostmotion.analyses.workspace_map.reach import reachable_cells
+from lostmotion.error_model.trust import trusted
 from lostmotion.mechanism.assembly import assembled
 from tests.mechanism.closed_chains import five_bar
 
 EDGE = 0.02
+FIVE_BAR = Path(__file__).parents[3] / "examples" / "closed-chains" / "five-bar.toml"
 
 
 def test_the_cells_of_a_five_bar_are_reached_as_two_circles_have_it():
@@ -34,3 +39,18 @@ def test_no_pose_of_a_map_is_near_a_parallel_singularity():
     """Coarse cells reach to where the rods are in line; their poses keep away from it."""
     arm = five_bar()
     assert assembled(arm, reachable_cells(arm, 256, 0.04, 1, 1).q).all()
+
+
+def test_a_map_has_no_cell_where_first_order_fails(tmp_path):
+    """Poses of rods of uncertain length that are nearly in line have no figure: the map has neither them
+    nor the cells that have no others.
+    """
+    text = FIVE_BAR.read_text().replace("400 mm ± 30 µm", "300 mm ± 8 mm")
+    (tmp_path / "vague.toml").write_text(text)
+    vague = lostmotion.read(tmp_path / "vague.toml")
+    found = reachable_cells(vague, 256, 0.02, 1, 1)
+    assert trusted(vague, found.q).all()
+    assert (found.counts[found.centre] > 0).all()
+    (tmp_path / "known.toml").write_text(text.replace("± 8 mm", "± 30 µm"))
+    known = reachable_cells(lostmotion.read(tmp_path / "known.toml"), 256, 0.02, 1, 1)
+    assert found.centre.sum() < known.centre.sum()

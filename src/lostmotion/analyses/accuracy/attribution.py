@@ -10,6 +10,7 @@ from lostmotion.error_model.budget import budget, costs, tally
 from lostmotion.error_model.pose_selection import in_zone, one_pose
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
+from lostmotion.error_model.trust import refuse_untrusted
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import tool_points
 from lostmotion.reporting.sheet import several
@@ -77,6 +78,7 @@ class Attributed:
             q, name = one_pose(self.poses.q, pose_of("at", at, {"arm": self.arm}))
             from lostmotion.reporting.joint_values import joint_values
 
+            refuse_untrusted(self.arm, q, 0.0)
             return q, f"{name}, {joint_values(self.arm, q[0])}"
         if zone is not None:
             mask, name = in_zone(tool_points(self.arm, self.poses.q), zones_of("zone", zone)[0])

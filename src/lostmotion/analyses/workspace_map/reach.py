@@ -7,6 +7,7 @@ Any orientation of the tool counts: a cell is reached when the tool point is the
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -22,6 +23,7 @@ from lostmotion.analyses.workspace_map.configurations import (
     newton_to,
     spread_starts,
 )
+from lostmotion.error_model.trust import trusted
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.inverse import stepped_towards
 from lostmotion.mechanism.state import tool_points
@@ -94,7 +96,18 @@ def reachable_cells(
             np.flatnonzero(distinct_configurations(arm, centred.q, centred.cell, grid.edge)),
         )
         found = _fill_up(arm, centred, found, per_cell, pool, report)
-    return _without_margin(found)
+    return _without_margin(_where_first_order_holds(arm, found))
+
+
+def _where_first_order_holds(arm: Arm, found: CellPoses) -> CellPoses:
+    """Return the poses without those of a closed chain at which first order is not valid, and
+    without the cells that have no others.
+    """
+    valid = trusted(arm, found.q)
+    if valid.all():
+        return found
+    kept = _selected(found, np.flatnonzero(valid))
+    return replace(kept, centre=kept.centre & (kept.counts > 0))
 
 
 def _refuse_too_many(cells: int, per_cell: int) -> None:
