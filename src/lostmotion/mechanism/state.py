@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism import load_feedback
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.closed_chain import assembled_frames, closed_statics, taken_up
 from lostmotion.mechanism.closed_composition import composed
@@ -19,6 +18,7 @@ from lostmotion.mechanism.conditions import Conditions, springs_under
 from lostmotion.mechanism.elastostatics import Compliances, elastic_terms
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.frames import place_frames, steps_between, tool_point
+from lostmotion.mechanism.load_changes import tangent
 from lostmotion.mechanism.wrenches import place_wrenches, process_wrenches, weights_by_axis
 from lostmotion.spatial import exp, mapped
 
@@ -317,7 +317,7 @@ class DesignDeflection:
         """Return the change of the deflections per deflection (pose, freedom, freedom) and the
         compliances (pose, freedom).
         """
-        return load_feedback.tangent(self.within(frames, rows), self.freedoms)
+        return tangent(self.within(frames, rows), self.freedoms)
 
 
 def as_poses(arm: Arm, q: Floats) -> Floats:

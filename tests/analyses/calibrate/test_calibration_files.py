@@ -103,7 +103,7 @@ def test_a_corner_that_repeats_at_a_pose_begins_a_new_image(tmp_path):
     np.testing.assert_array_equal(read.q[-1], read.q[0])
     there = [row.split(",")[10:12] for row in again]
     np.testing.assert_allclose(read.readings.value[-1], np.array(there, float))
-    assert "images without all four corners of a tag, not used: 1" in read.remarks
+    assert f"images in {path} without all four corners of a tag, not used: 1" in read.remarks
 
 
 def test_what_is_held_out_is_a_share_of_the_poses(tmp_path):

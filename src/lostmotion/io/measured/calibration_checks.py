@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.calibration.instruments import Readings
-    from lostmotion.io.measured.calibration_visits import CalibrationVisits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -169,28 +168,34 @@ def whole_tags(
     images = sorted([rows[number] for number in sorted(rows)] for _, rows in whole)
     kept = np.array(images, dtype=np.int64).reshape(-1, 4)
     partly = len(every) - len(whole)
-    remarks = [f"images without all four corners of a tag, not used: {partly}"] if partly else []
+    unused = f"images in {file} without all four corners of a tag, not used: {partly}"
+    remarks = [unused] if partly else []
     return kept, remarks, out[:MOST_MISTAKES]
 
 
-def differing(visits: Sequence[CalibrationVisits]) -> list[Problem]:
-    """Return what files of one calibration state differently above their rows: noise, deviations,
-    or camera and size of the tags.
+def differing(stated: Sequence[tuple[str, Mapping[str, str]]]) -> list[Problem]:
+    """Return what files of one calibration state differently above their rows.
+
+    stated  each file with what it states (`stated_above`)
     """
-    first, out = visits[0], []
-    for other in visits[1:]:
-        there = _stated(other)
-        for key, text in _stated(first).items():
+    (first, here), *others = stated
+    out = []
+    for file, there in others:
+        for key, text in here.items():
             if text != there[key]:
-                expected = f"{text}, as in {first.file}: one value for all files"
+                expected = f"{text}, as in {first}: one value for all files"
                 example = f"no line # {key}" if text == _NOTHING else f"# {key}: {text}"
-                out.append(Problem(other.file, key, there[key], expected, example))
+                out.append(Problem(file, key, there[key], expected, example))
     return out
 
 
-def _stated(visits: CalibrationVisits) -> dict[str, str]:
-    """Return what the comments of a file state, as text by key."""
-    noise, sizes, camera = visits.noise, visits.sizes, visits.readings and visits.readings.camera
+def stated_above(
+    noise: float | None, sizes: Deviations | None, readings: Readings | None
+) -> dict[str, str]:
+    """Return what the comments of a file state, as text by key: noise, deviations, camera and size
+    of the tags.
+    """
+    camera = readings and readings.camera
     usual = Deviations()
     deviations = [
         f"{name} {1e3 * value:g} {'mm' if 'shift' in name else 'mrad'}"

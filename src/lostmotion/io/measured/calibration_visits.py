@@ -36,6 +36,7 @@ from lostmotion.io.measured.calibration_checks import (
     not_unit,
     other_units,
     outside_limits,
+    stated_above,
     whole_tags,
 )
 from lostmotion.io.measured.calibration_header import read_header
@@ -131,7 +132,9 @@ def read_calibration_visits(
         refuse_all(
             [Problem(str(files[kinds.index(kinds[-1])]), "line 1", "another kind", expected)]
         )
-    mistakes = differing(found)
+    mistakes = differing(
+        [(each.file, stated_above(each.noise, each.sizes, each.readings)) for each in found]
+    )
     if mistakes:
         refuse_all(mistakes)
     digest = hashlib.blake2b(digest_size=16)
