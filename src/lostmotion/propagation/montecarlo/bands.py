@@ -109,7 +109,7 @@ def bands(  # noqa: PLR0913 - a study is these numbers
             progress("drawing what is unknown", k, DRAWS)
         found.append(figures(known))
     ratios = {
-        key: np.array([each[key] for each in found]) / (value if value > 0 else np.nan)
+        key: np.array([each[key] for each in found]) / (value if 0 < value < np.inf else np.nan)
         for key, value in middle.items()
     }
     return Bands(unknown, shares, ratios, len(chosen), robots, visits)
