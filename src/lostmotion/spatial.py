@@ -195,6 +195,22 @@ def rotation_vector(rotation: Floats) -> Floats:
     return np.asarray(sine / 2 * factor[..., None])
 
 
+def nearest_rotation(matrix: Floats) -> Floats:
+    """Return the rotation (3, 3) that is nearest to a matrix (3, 3) in the sum of squares.
+
+    Source: K. Arun, T. Huang, S. Blostein, IEEE PAMI 9 (1987) 698.
+    """
+    u, _, v = np.linalg.svd(matrix)
+    return np.asarray(u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v)
+
+
+def mean_pose(poses: Floats) -> Floats:
+    """Return the mean (4, 4) of poses (pose, 4, 4) that are near to each other."""
+    out = poses.mean(axis=0)
+    out[:3, :3] = nearest_rotation(out[:3, :3])
+    return np.asarray(out)
+
+
 def inverse(pose: Floats) -> Floats:
     """Return the inverse of a pose (..., 4, 4), whose bottom row is assumed to be (0, 0, 0, 1)."""
     rotation = np.swapaxes(pose[..., :3, :3], -1, -2)

@@ -14,7 +14,7 @@ from lostmotion.calibration.instruments import FullPoses
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.robot import calibrations_of, estimated_errors
 from lostmotion.calibration.terms import Deviations, added_terms
-from lostmotion.spatial import inverse
+from lostmotion.spatial import inverse, mean_pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,9 +89,6 @@ def _with_tool(frames: Floats, nominal: Floats) -> Floats:
     options = []
     for base in (np.eye(4), _HALF_TURN):
         steps = inverse(base @ frames) @ nominal
-        mean = steps.mean(axis=0)
-        u, _, v = np.linalg.svd(mean[:3, :3])
-        mean[:3, :3] = u @ v
-        moved = base @ frames @ mean
+        moved = base @ frames @ mean_pose(steps)
         options.append((float(np.abs(moved - nominal).mean()), moved))
     return np.asarray(min(options, key=lambda option: option[0])[1])

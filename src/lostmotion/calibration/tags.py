@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from lostmotion.calibration.instruments import Camera, Instrument, Rows
-from lostmotion.spatial import exp, inverse
+from lostmotion.spatial import exp, inverse, mean_pose, nearest_rotation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -126,7 +126,7 @@ def tags_of(readings: Readings, frames: Floats) -> Tags:
     seen = np.array([_pose(each, camera) for each in readings.value])
     first = int(np.argmax(np.bincount(target)))
     at = _camera_in_base(frames[target == first], seen[target == first])
-    on = [_mean((inverse(frames) @ at @ seen)[target == k]) for k in range(len(names))]
+    on = [mean_pose((inverse(frames) @ at @ seen)[target == k]) for k in range(len(names))]
     distance = float(seen[:, 2, 3].mean())
     return Tags(names, target, readings.value, camera, at, np.array(on), distance)
 
@@ -140,7 +140,7 @@ def _pose(pixels: Floats, camera: Camera) -> Floats:
     h = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
     h *= np.sign(h[2, 2]) / np.sqrt(np.linalg.norm(h[:, 0]) * np.linalg.norm(h[:, 1]))
     out = np.eye(4)
-    out[:3, :3] = _rotation(np.column_stack([h[:, 0], h[:, 1], np.cross(h[:, 0], h[:, 1])]))
+    out[:3, :3] = nearest_rotation(np.column_stack([h[:, 0], h[:, 1], np.cross(h[:, 0], h[:, 1])]))
     out[:3, 3] = h[:, 2]
     return out
 
@@ -156,22 +156,10 @@ def _camera_in_base(tools: Floats, tags: Floats) -> Floats:
     ]
     found = np.linalg.svd(np.concatenate(rows), full_matrices=False)[2][-1].reshape(2, 3, 3)
     out = np.eye(4)
-    out[:3, :3] = _rotation(found[1] * np.sign(np.linalg.det(found[1])))
+    out[:3, :3] = nearest_rotation(found[1] * np.sign(np.linalg.det(found[1])))
     left = np.concatenate([np.hstack([t[:3, :3], -eye]) for t in tools])
     right = np.concatenate(
         [out[:3, :3] @ b[:3, 3] - t[:3, 3] for t, b in zip(tools, tags, strict=True)]
     )
     out[:3, 3] = np.linalg.lstsq(left, right, rcond=None)[0][3:]
     return out
-
-
-def _mean(frames: Floats) -> Floats:
-    out = frames.mean(axis=0)
-    out[:3, :3] = _rotation(out[:3, :3])
-    return np.asarray(out)
-
-
-def _rotation(matrix: Floats) -> Floats:
-    """Return the rotation (3, 3) that is nearest to a matrix."""
-    u, _, v = np.linalg.svd(matrix)
-    return np.asarray(u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.spatial import exp, skew
+from lostmotion.spatial import exp, nearest_rotation, skew
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -110,8 +110,7 @@ def rigid(attained: Floats, command: Floats) -> Floats:
     (pose, 3), m, in closed form: the base frame that fits best without a tool offset.
     """
     there, here = attained.mean(axis=0), command.mean(axis=0)
-    u, _, vt = np.linalg.svd((attained - there).T @ (command - here))
-    rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    rotation = nearest_rotation((attained - there).T @ (command - here))
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = rotation, there - rotation @ here
     return out
