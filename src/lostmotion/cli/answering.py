@@ -16,7 +16,7 @@ from lostmotion.cli.terminal import begin_printing, say, say_json
 from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from lostmotion.analyses.result import Result
     from lostmotion.analyses.signature import Question
@@ -127,16 +127,19 @@ def _refuse_to_replace(given: Mapping[str, Any], out: str) -> None:
     the option: it would be replaced.
     """
     folder = Path(out).resolve()
-    typed = [text for each in given.values() for text in (each if _lists(each) else [each])]
-    for file in (text for text in typed if isinstance(text, str) and _is_file(text)):
+    for file in filter(_is_file, _texts(given.values())):
         if Path(file).resolve().is_relative_to(folder):
             raise refuse_argument(
                 "out", out, f"another folder than that of '{file}', which is read", out="results"
             )
 
 
-def _lists(typed: object) -> bool:
-    return isinstance(typed, list | tuple)
+def _texts(typed: Iterable[object]) -> list[str]:
+    """Return what was typed as text, of options that take several values each of them."""
+    every = (
+        part for each in typed for part in (each if isinstance(each, list | tuple) else [each])
+    )
+    return [part for part in every if isinstance(part, str)]
 
 
 def _is_file(text: str) -> bool:
@@ -147,14 +150,8 @@ def _is_file(text: str) -> bool:
 
 def _files(question: Question, given: Mapping[str, Any]) -> list[str]:
     """Return the files that were typed, in the order of the options."""
-    stated = [given.get(each.name) for each in question.options if each.argument.metavar == "FILE"]
-    return [
-        file
-        for each in stated
-        if each
-        for file in ([each] if isinstance(each, str) else each)
-        if isinstance(file, str)
-    ]
+    named = (each.name for each in question.options if each.argument.metavar == "FILE")
+    return [text for text in _texts(map(given.get, named)) if text]
 
 
 def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - the result of any question
