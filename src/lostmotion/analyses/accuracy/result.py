@@ -81,7 +81,7 @@ class Figured:
 class Study(Answer, Figured, Attributed, Result):
     """Accuracy of an arm by a Monte Carlo run: every attribute of `Answer`."""
 
-    @property
+    @functools.cached_property
     def sheet(self) -> Sheet:
         """Return workspace, error, AP and RP, error budget and torques, each figure with its
         interval and sample.
@@ -185,7 +185,7 @@ class AnalyticStudy(Figured, Attributed, Result):
         """Return the error budgets of poses and zones."""
         return (*self.budgets, *(zone.budget for zone in self.zones))
 
-    @property
+    @functools.cached_property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.accuracy.tables.analytic import analytic_sheet
