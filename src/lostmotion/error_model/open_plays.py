@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.mechanism.assembly import assembled, may_not_assemble
-from lostmotion.mechanism.holding import spread_evenly
+from lostmotion.mechanism.assembly import may_not_assemble
+from lostmotion.mechanism.even_poses import few_even_poses
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.play import InPlay
 
@@ -42,8 +42,7 @@ def open_play_remarks(arm: Arm) -> tuple[str, ...]:
     """
     if not may_not_assemble(arm):
         return ()
-    q = spread_evenly(arm.limits)
-    q = q[assembled(arm, q)]
+    q = few_even_poses(arm)
     found = open_plays(state_of(arm, q)) if len(q) else {}
     shares = {name: float(each.mean()) for name, each in found.items() if each.any()}
     if not shares:

@@ -11,10 +11,10 @@ import numpy as np
 
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import InputError, Problem
-from lostmotion.mechanism.assembly import assembled, may_not_assemble
+from lostmotion.mechanism.assembly import may_not_assemble
 from lostmotion.mechanism.closed_jacobian import twist_units
 from lostmotion.mechanism.closed_trust import loosest, share_neglected
-from lostmotion.mechanism.holding import spread_evenly
+from lostmotion.mechanism.even_poses import few_even_poses
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import state_of
 
@@ -55,6 +55,16 @@ class Trust:
     neglected: Floats
     direction: Floats
     part: NDArray[np.str_]
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Return whether (pose,) first order is valid."""
+        return np.asarray(self.neglected <= FAILS)
+
+    def refuse(self, most: float) -> None:
+        """Raise InputError where first order is not valid at more than this share of the poses."""
+        if 1 - self.valid.mean() > most:
+            raise _refusal(self)
 
 
 def trust(arm: Arm, q: Floats) -> Trust:
@@ -121,14 +131,13 @@ def trusted(arm: Arm, q: Floats) -> NDArray[np.bool_]:
     """
     if not may_not_assemble(arm):
         return np.ones(len(q), dtype=bool)
-    return np.asarray(trust(arm, q).neglected <= FAILS)
+    return trust(arm, q).valid
 
 
 def refuse_untrusted(arm: Arm, q: Floats, most: float = _MOST_WITHOUT) -> None:
     """Raise InputError where first order is not valid at more than this share of the poses."""
-    valid = trusted(arm, q)
-    if 1 - valid.mean() > most:
-        raise _refusal(trust(arm, q), len(q))
+    if may_not_assemble(arm):
+        trust(arm, q).refuse(most)
 
 
 def with_figures(arm: Arm, poses: Poses) -> Poses:
@@ -137,18 +146,20 @@ def with_figures(arm: Arm, poses: Poses) -> Poses:
     Of independent sets as many poses are kept in each. Raises InputError where poses that are given
     have one such pose, and where more than 5 % of sampled ones are.
     """
-    valid = trusted(arm, poses.q)
-    if valid.all():
+    if not may_not_assemble(arm):
         return poses
-    refuse_untrusted(arm, poses.q, 0.0 if poses.law == "given" else _MOST_WITHOUT)
-    sets = valid.reshape(poses.replicates, -1)
+    found = trust(arm, poses.q)
+    if found.valid.all():
+        return poses
+    found.refuse(0.0 if poses.law == "given" else _MOST_WITHOUT)
+    sets = found.valid.reshape(poses.replicates, -1)
     each = int(sets.sum(axis=1).min())
     rows = [np.flatnonzero(row)[:each] + k * len(row) for k, row in enumerate(sets)]
     return replace(poses, q=poses.q[np.concatenate(rows)])
 
 
-def _refusal(found: Trust, poses: int) -> InputError:
-    failing = np.count_nonzero(found.neglected > FAILS)
+def _refusal(found: Trust) -> InputError:
+    failing, poses = np.count_nonzero(~found.valid), len(found.valid)
     return InputError(
         [
             Problem(
@@ -186,9 +197,8 @@ def trust_remarks(arm: Arm) -> tuple[str, ...]:
     """
     if not may_not_assemble(arm):
         return ()
-    q = spread_evenly(arm.limits)
-    found = trust(arm, q[assembled(arm, q)])
-    count, of = int(np.count_nonzero(found.neglected > FAILS)), len(found.neglected)
+    found = trust(arm, few_even_poses(arm))
+    count, of = int(np.count_nonzero(~found.valid)), len(found.neglected)
     if not count:
         largest = found.neglected.max(initial=0.0)
         return (

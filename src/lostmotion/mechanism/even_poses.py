@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.assembly import assembled
+from lostmotion.mechanism.holding import spread_evenly
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -17,26 +18,26 @@ if TYPE_CHECKING:
 
 _POSES: Final = 4096
 _MOST_CORNERS: Final = 10
-_STEPS: Final = 60
 
 
 def even_poses(arm: Arm) -> Floats:
-    """Return poses (pose, joint), rad or m: 4096 of an additive recurrence, and those with every
-    joint at a limit, for the first ten joints; of a closed chain those at which it is assembled.
-
-    The recurrence adds powers of the generalised golden ratio, x^(d + 1) = x + 1 for d joints,
-    modulo one. Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
+    """Return poses (pose, joint), rad or m: 4096 spread evenly, and those with every joint at a
+    limit, for the first ten joints; of a closed chain those at which it is assembled.
     """
     low, high = arm.limits.T
     joints = len(low)
-    ratio = 2.0
-    for _ in range(_STEPS):
-        ratio = (1.0 + ratio) ** (1.0 / (joints + 1))
-    share = (0.5 + np.arange(_POSES)[:, None] * ratio ** -np.arange(1.0, joints + 1)) % 1.0
     corners = min(joints, _MOST_CORNERS)
     ends = np.full((2**corners, joints), 0.5)
     ends[:, :corners] = np.arange(2**corners)[:, None] >> np.arange(corners) & 1
-    q = low + np.vstack([ends, share]) * (high - low)
+    q = np.vstack([low + ends * (high - low), spread_evenly(arm.limits, _POSES)])
+    return np.asarray(q[assembled(arm, q)])
+
+
+def few_even_poses(arm: Arm) -> Floats:
+    """Return 256 poses (pose, joint), rad or m, spread evenly between the joint limits; of a closed
+    chain those at which it is assembled.
+    """
+    q = spread_evenly(arm.limits)
     return np.asarray(q[assembled(arm, q)])
 
 

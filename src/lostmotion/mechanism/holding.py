@@ -79,13 +79,15 @@ def holding_loads(
     return tuple(out)
 
 
-def spread_evenly(limits: Floats) -> Floats:
-    """Return 256 poses (pose, joint) between limits (joint, 2): a deterministic sequence of the
-    generalised golden ratio (M. Roberts 2018).
+def spread_evenly(limits: Floats, poses: int = _POSES) -> Floats:
+    """Return poses (pose, joint) between limits (joint, 2), 256 unless stated: a deterministic
+    sequence that adds powers of the generalised golden ratio, modulo one.
+
+    Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
     """
     joints = len(limits)
     ratio = 2.0
     for _ in range(60):
         ratio = (1 + ratio) ** (1 / (joints + 1))  # the root of x^(joints + 1) = x + 1
-    share = (0.5 + np.arange(_POSES)[:, None] * ratio ** -np.arange(1.0, joints + 1)) % 1.0
+    share = (0.5 + np.arange(poses)[:, None] * ratio ** -np.arange(1.0, joints + 1)) % 1.0
     return limits[:, 0] + share * (limits[:, 1] - limits[:, 0])
