@@ -174,10 +174,11 @@ def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
 
 def test_an_iso_sheet_takes_every_amount_either_way(arm, monkeypatch):
     """The cube, how the tool is held, the floor and the warming reach the study in SI."""
-    from lostmotion.analyses.iso9283 import commanded, result
+    from lostmotion.analyses.iso9283 import result
+    from lostmotion.standards import commanded_poses
 
     seen = []
-    monkeypatch.setattr(commanded, "cube_of", lambda _arm, *place: seen.append(place[:3]))
+    monkeypatch.setattr(commanded_poses, "cube_of", lambda _arm, *place: seen.append(place[:3]))
     monkeypatch.setattr(result, "answer", lambda *_, warm_up, **__: seen.append(warm_up))
     said = {
         "cube": "40 cm",

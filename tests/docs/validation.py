@@ -36,6 +36,7 @@ SECTIONS = {
     "propagation": "Propagation",
     "calibration": "Calibration",
     "sizing": "Sizes of parts",
+    "standards": "Standards",
     "analyses": "Analyses",
     "runs": "Big runs",
     "controller_model": "The model in a controller",

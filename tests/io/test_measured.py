@@ -149,7 +149,7 @@ def test_two_readings_of_one_visit_are_refused_by_what_differs(tmp_path):
     """A second reading of a pose in one cycle that differs in y is refused, and the message names
     y.
     """
-    from lostmotion.analyses.iso9283.measured import evaluate
+    from lostmotion.standards.measured_robot import evaluate
 
     with pytest.raises(lostmotion.InputError, match="line 2 has another y\n"):
         evaluate(
@@ -232,7 +232,7 @@ def test_a_cycle_that_visits_a_pose_twice_is_refused(tmp_path):
     """Two different readings of one pose in one cycle, side and load are refused with both lines;
     other sides and loads are no repeat.
     """
-    from lostmotion.analyses.iso9283.measured import evaluate
+    from lostmotion.standards.measured_robot import evaluate
 
     header = "pose,side,cycle,load [%],x [mm],y [mm],z [mm]\n"
     again = "P2,,1,100,1,2,3\nP4,,1,100,9,2,3\nP4,,1,100,9,2,4\nP4,x,1,100,9,2,4\nP4,,1,10,9,2,4\n"
@@ -365,7 +365,7 @@ def test_hostile_paths_are_judged_or_refused(tmp_path_factory, rows):
     """Any path leads to figures or a list of mistakes, without warnings and without NaN for a known
     name.
     """
-    from lostmotion.analyses.iso9283.measured import evaluate
+    from lostmotion.standards.measured_robot import evaluate
 
     text = "P2,,1,100,0,0,0,0,0,0\nP4,,1,100,9,0,0,9,0,0\n"
     text += "".join(f"{pose},{path},{cycle},100,{x},{y},0,,,\n" for path, pose, cycle, x, y in rows)
@@ -378,7 +378,7 @@ def test_hostile_paths_are_judged_or_refused(tmp_path_factory, rows):
 
 def test_ends_of_a_path_may_be_known_from_commands_alone(tmp_path):
     """Readings along a path may have its ends in the file of commands, without visits to them."""
-    from lostmotion.analyses.iso9283.measured import evaluate
+    from lostmotion.standards.measured_robot import evaluate
 
     commands = tmp_path / "commands.csv"
     commands.write_text("pose,x [mm],y [mm],z [mm]\nE1,0,0,0\nE2,100,0,0\n", encoding="utf-8")
@@ -444,7 +444,7 @@ def test_the_tracker_data_is_read_as_published():
     """1 000 poses of a UR5 by a laser tracker: mean error 2.635 mm, s 0.375, 95th percentile 3.394,
     largest 4.409; less with the best-fit base.
     """
-    from lostmotion.analyses.iso9283.measured import evaluate
+    from lostmotion.standards.measured_robot import evaluate
 
     mapping = (
         "xc = x_t [mm], yc = y_t [mm], zc = z_t [mm]",

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.analyses.iso9283.plots import iso_plots
+from lostmotion.analyses.iso9283.page.plots import iso_plots
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
 

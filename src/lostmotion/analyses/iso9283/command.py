@@ -259,17 +259,17 @@ def iso9283(
         asked = mistakes.of(read_arguments, iso9283, locals())
     import numpy as np
 
-    from lostmotion.analyses.iso9283.commanded import (
-        cube_of,
-        poses_of_cube,
-        refuse_missing_commands,
-    )
-    from lostmotion.analyses.iso9283.measured import evaluate
     from lostmotion.analyses.iso9283.result import Iso9283, answer
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.measured.visit_file import read_measured
     from lostmotion.mechanism.warm_up import WarmUp
     from lostmotion.spatial import pose_of
+    from lostmotion.standards.commanded_poses import (
+        cube_of,
+        poses_of_cube,
+        refuse_missing_commands,
+    )
+    from lostmotion.standards.measured_robot import evaluate
 
     rotation = None if asked.tool_rpy is None else pose_of(rpy=tuple(asked.tool_rpy))[:3, :3]
     stated = None if asked.cube is None else (np.asarray(asked.centre, dtype=float), asked.cube)

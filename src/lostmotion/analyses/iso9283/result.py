@@ -13,8 +13,6 @@ from lostmotion.analyses.result import Result
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.warm_up import Drift, WarmUp
@@ -22,6 +20,8 @@ if TYPE_CHECKING:
     from lostmotion.propagation.iso9283.robots import PredictedRobots
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_robot import MeasuredRobot
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,7 +58,7 @@ class Iso9283(Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.iso9283.plots import iso_plots
+        from lostmotion.analyses.iso9283.page.plots import iso_plots
 
         return iso_plots(self.predicted, self.drift, self.measured, list(self.compared))
 
@@ -80,10 +80,10 @@ def answer(  # noqa: PLR0913 - an ISO sheet is these numbers
     `path`: two of P1 to P5; by default those of the first measured line, else P2 and P4. Simulated
     robots that are compared have the measured number of visits, instrument and loads.
     """
-    from lostmotion.analyses.iso9283.commanded import commanded_poses
-    from lostmotion.analyses.iso9283.comparison import compare, compare_at
     from lostmotion.mechanism.warm_up import drift
     from lostmotion.propagation.iso9283.robots import MOST_CYCLES, predict_at, predict_robots
+    from lostmotion.standards.commanded_poses import commanded_poses
+    from lostmotion.standards.comparison import compare, compare_at
 
     ends = _ends(path, measured)
     predict = functools.partial(
@@ -118,9 +118,9 @@ def answer(  # noqa: PLR0913 - an ISO sheet is these numbers
 
 def _ends(path: tuple[str, str] | None, measured: MeasuredRobot | None) -> tuple[int, int]:
     """Return the two of P1 to P5 that the line joins."""
-    from lostmotion.analyses.iso9283.measured_paths import path_ends
     from lostmotion.propagation.iso9283.cube import NAMES
     from lostmotion.propagation.iso9283.robots import DISTANCE
+    from lostmotion.standards.measured_paths import path_ends
 
     lines = [] if measured is None else [each for load in measured.loads for each in load.paths]
     named = (path, *(path_ends(line.name, NAMES) for line in lines))
@@ -132,9 +132,9 @@ def _as_measured(measured: MeasuredRobot, cycles: int, ends: tuple[int, int]) ->
     """Return the arguments that predict robots as the measured one was measured, where they differ
     from those of the standard: fewest visits and cycles, its loads and its instrument.
     """
-    from lostmotion.analyses.iso9283.measured_paths import MOST_PLANES
     from lostmotion.propagation.iso9283.cube import NAMES
     from lostmotion.propagation.iso9283.robots import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
+    from lostmotion.standards.measured_paths import MOST_PLANES
 
     visited = [pose.visits for load in measured.loads for pose in load.poses if pose.name in NAMES]
     name = "-".join(NAMES[k] for k in ends)

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from scipy.special import polygamma
 
 import lostmotion
-from lostmotion.analyses.iso9283.measured import evaluate
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.visit_intervals import (
     scatter_interval,
@@ -29,6 +28,7 @@ from lostmotion.error_model.worst_plane import (
 from lostmotion.io.measured.visits import Visits
 from lostmotion.laws.iso9283 import PATH_FIGURES, across_path, crossings, path_figures
 from lostmotion.spatial import pose_of
+from lostmotion.standards.measured_robot import evaluate
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -45,7 +45,7 @@ VALIDATES = (
             "%), of single bad planes at least 70 to 82 %, of "
             "half paths 80 to 95 %"
         ),
-        "tests/analyses/iso9283/test_iso9283_measured.py",
+        "tests/standards/test_measured_robot.py",
     ),
 )
 

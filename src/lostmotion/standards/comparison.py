@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.commanded import SAME
-from lostmotion.analyses.iso9283.measured import natural_order
 from lostmotion.error_model.intervals import Estimate, of_length, robots_quantile
 from lostmotion.error_model.visit_intervals import student_interval
 from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES
+from lostmotion.standards.commanded_poses import SAME
+from lostmotion.standards.measured_robot import natural_order
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
     from lostmotion.propagation.iso9283.cube import CommandedPoses, Cube
     from lostmotion.propagation.iso9283.robots import LoadSheet, PredictedRobots
     from lostmotion.spatial import Floats
+    from lostmotion.standards.measured_robot import MeasuredLoad, MeasuredRobot
 
 # Orientations of the tool that differ by less are equal, rad.
 _SAME_ORIENTATION: Final = 0.01

@@ -7,18 +7,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.comparison import over_robots
-from lostmotion.analyses.iso9283.labels import NO_SCATTER, estimate_figure, scatter_figure
-from lostmotion.analyses.iso9283.measured_headline import (
+from lostmotion.analyses.iso9283.page.labels import NO_SCATTER, estimate_figure, scatter_figure
+from lostmotion.analyses.iso9283.page.measured import measured_facts, measured_sections
+from lostmotion.analyses.iso9283.page.measured_headline import (
     measured_cards,
     measured_counts,
     measured_notes,
     measured_verdict,
     measured_warnings,
 )
-from lostmotion.analyses.iso9283.measured_page import measured_facts, measured_sections
-from lostmotion.analyses.iso9283.predicted_page import predicted_sections
-from lostmotion.analyses.iso9283.side_by_side import comparison_sections
+from lostmotion.analyses.iso9283.page.predicted import predicted_sections
+from lostmotion.analyses.iso9283.page.side_by_side import comparison_sections
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -27,17 +26,18 @@ from lostmotion.reporting.arm_sheet import bounded_cards, with_arm
 from lostmotion.reporting.first_order import checked, failure
 from lostmotion.reporting.provenance import at_least, caveats, repeats_bounded
 from lostmotion.reporting.sheet import Card, Cell, Sheet, several
+from lostmotion.standards.comparison import over_robots
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.warm_up import Drift
     from lostmotion.propagation.iso9283.cube import CommandedPoses
     from lostmotion.propagation.iso9283.robots import PredictedRobots
     from lostmotion.spatial import Floats
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_robot import MeasuredRobot
 
 # Scatter from one side that is a smaller share of that from either side is little.
 _LITTLE: Final = 0.1

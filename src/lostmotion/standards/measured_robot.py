@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.axis_positioning import axis_positionings
-from lostmotion.analyses.iso9283.measured_paths import MeasuredPath, evaluate_paths
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.visit_intervals import (
     LEVEL,
@@ -28,13 +26,15 @@ from lostmotion.error_model.visit_intervals import (
 )
 from lostmotion.errors import InputError, Problem
 from lostmotion.laws.frame_fit import Fit, best_fit, residual_after_fit
+from lostmotion.standards.axis_positioning import axis_positionings
+from lostmotion.standards.measured_paths import MeasuredPath, evaluate_paths
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.iso9283.axis_positioning import AxisPositioning
     from lostmotion.io.measured.visits import Visits
     from lostmotion.spatial import Floats
+    from lostmotion.standards.axis_positioning import AxisPositioning
 
 _RESAMPLES: Final = 400
 _FRAME: Final = 3

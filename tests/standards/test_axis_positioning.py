@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.iso9283.axis_positioning import axis_positionings
 from lostmotion.io.measured.visit_file import read_measured
-from tests.analyses.iso9283.test_iso9283_measured import visits_of
+from lostmotion.standards.axis_positioning import axis_positionings
+from tests.standards.test_measured_robot import visits_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

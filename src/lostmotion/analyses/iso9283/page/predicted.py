@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.comparison import over_robots
-from lostmotion.analyses.iso9283.labels import (
+from lostmotion.analyses.iso9283.page.labels import (
     NO_SCATTER,
     estimate_figure,
     load_label,
@@ -21,6 +20,7 @@ from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES
 from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import Cell, length, several, table
+from lostmotion.standards.comparison import over_robots
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.comparison import over_robots
-from lostmotion.analyses.iso9283.labels import accuracy_key, load_label, measured_label
-from lostmotion.analyses.iso9283.measured_plots import (
+from lostmotion.analyses.iso9283.page.labels import accuracy_key, load_label, measured_label
+from lostmotion.analyses.iso9283.page.measured_plots import (
     measured_accuracy,
     measured_path,
     side_by_side,
@@ -35,14 +34,15 @@ from lostmotion.reporting.chart import (
 from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.palette import LIGHT, round_below
 from lostmotion.reporting.plot import Plot
+from lostmotion.standards.comparison import over_robots
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.mechanism.warm_up import Drift
     from lostmotion.propagation.iso9283.robots import PredictedRobots
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_robot import MeasuredRobot
 
 _POINTS: Final = 16384
 # Cells along each side of the reachable area.

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.measured_paths import MIN_COMMANDS, path_ends
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.limits import cut
@@ -31,6 +30,7 @@ from lostmotion.propagation.iso9283.cube import (
     out_of_reach,
 )
 from lostmotion.propagation.iso9283.largest_cube import largest_cube
+from lostmotion.standards.measured_paths import MIN_COMMANDS, path_ends
 
 if TYPE_CHECKING:
     from collections.abc import Callable

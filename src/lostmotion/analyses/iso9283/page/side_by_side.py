@@ -6,19 +6,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.axis_positioning import APPROACHES, POSITIONS
-from lostmotion.analyses.iso9283.labels import LONGEST_SIDE, estimate_figure, load_label
+from lostmotion.analyses.iso9283.page.labels import LONGEST_SIDE, estimate_figure, load_label
 from lostmotion.io.limits import cut
 from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.reporting.sheet import Card, length, several, table
+from lostmotion.standards.axis_positioning import APPROACHES, POSITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.iso9283.axis_positioning import AxisPositioning
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.reporting.sheet import Section
+    from lostmotion.standards.axis_positioning import AxisPositioning
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_robot import MeasuredRobot
 
 # Figures in the tables, in reading order; result.json has all.
 PARTS: Final = ("AP_x", "AP_y", "AP_z", "AP_a", "AP_b", "AP_c")

@@ -12,8 +12,8 @@ from lostmotion.reporting.sheet import Cell, length
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from lostmotion.analyses.iso9283.measured import MeasuredLoad
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.standards.measured_robot import MeasuredLoad
 
 # Angles below this many arcmin are shown in arcsec.
 _SMALL_ANGLE: Final = 0.1

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.labels import load_label, measured_label
-from lostmotion.analyses.iso9283.side_by_side import SHOWN
+from lostmotion.analyses.iso9283.page.labels import load_label, measured_label
+from lostmotion.analyses.iso9283.page.side_by_side import SHOWN
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     axes,
@@ -27,8 +27,8 @@ from lostmotion.reporting.palette import LIGHT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_robot import MeasuredLoad, MeasuredRobot
 
 _SMALLEST: Final = 1e-10
 _COLOURS: Final = (LIGHT["robot"], LIGHT["design"], LIGHT["visit"], LIGHT["warn"])

@@ -7,13 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.comparison import (
-    determines_tool_frame,
-    different_orientations,
-    over_robots,
-)
-from lostmotion.analyses.iso9283.labels import estimate_figure, measured_label
-from lostmotion.analyses.iso9283.side_by_side import (
+from lostmotion.analyses.iso9283.page.labels import estimate_figure, measured_label
+from lostmotion.analyses.iso9283.page.side_by_side import (
     SHOWN,
     positioning_cards,
     positioning_sentence,
@@ -23,16 +18,21 @@ from lostmotion.io.limits import cut
 from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.propagation.iso9283.cube import FULL
 from lostmotion.reporting.sheet import Card, length, several
+from lostmotion.standards.comparison import (
+    determines_tool_frame,
+    different_orientations,
+    over_robots,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.io.measured.visits import Visits
     from lostmotion.propagation.iso9283.cube import CommandedPoses
     from lostmotion.propagation.iso9283.robots import PredictedRobots
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_robot import MeasuredLoad, MeasuredPose, MeasuredRobot
 
 _MOST_NAMED: Final = 5
 _LONGEST_NAME: Final = 40

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.labels import (
+from lostmotion.analyses.iso9283.page.labels import (
     accuracy_key,
     estimate_figure,
     load_label,
     measured_label,
 )
-from lostmotion.analyses.iso9283.side_by_side import (
+from lostmotion.analyses.iso9283.page.side_by_side import (
     positioning_facts,
     positioning_sections,
 )
@@ -22,10 +22,10 @@ from lostmotion.reporting.sheet import Cell, length, several, table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
-    from lostmotion.analyses.iso9283.measured_paths import MeasuredPath
     from lostmotion.reporting.sheet import Section
+    from lostmotion.standards.comparison import ComparedFigure
+    from lostmotion.standards.measured_paths import MeasuredPath
+    from lostmotion.standards.measured_robot import MeasuredLoad, MeasuredPose, MeasuredRobot
 
 _MOST_POSES: Final = 12
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")

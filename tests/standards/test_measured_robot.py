@@ -11,9 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lostmotion
-from lostmotion.analyses.iso9283.commanded import commanded_cube
-from lostmotion.analyses.iso9283.comparison import compare
-from lostmotion.analyses.iso9283.measured import evaluate
 from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.visit_intervals import (
@@ -35,6 +32,9 @@ from lostmotion.propagation.iso9283.robots import (
     predict_robots,
     with_payload_share,
 )
+from lostmotion.standards.commanded_poses import commanded_cube
+from lostmotion.standards.comparison import compare
+from lostmotion.standards.measured_robot import evaluate
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -49,7 +49,7 @@ VALIDATES = (
     ),
 )
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def visits_of(errors, command, sides=None, instrument=0.0):
