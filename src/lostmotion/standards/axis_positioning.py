@@ -1,8 +1,7 @@
 """Positioning of one axis approached from two sides, by ISO 230-2:2014: accuracy, repeatability and
-reversal value along a line of poses.
+reversal value along a line of measured poses.
 
-The standard asks for at least five target positions along the axis and five approaches to each from
-either side, and for machine tools; the definitions hold for any motion along a line of the base
+The standard is for machine tools; the definitions hold for any motion along a line of the base
 frame.
 """
 
@@ -13,16 +12,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.laws.iso230 import positioning, reversal
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.io.measured.visits import Visits
     from lostmotion.spatial import Floats
 
-# Target positions and approaches that the standard asks for; fewest with which the figures are
-# defined.
-POSITIONS: Final = 5
-APPROACHES: Final = 5
+# Fewest target positions and approaches with which the figures are defined.
 _FEWEST_POSITIONS: Final = 3
 _FEWEST_APPROACHES: Final = 2
 _SIDES: Final = 2
@@ -52,34 +50,15 @@ class AxisPositioning:
 
     @property
     def reversal(self) -> Floats:
-        """Return the reversal value at each position B_i (position,): mean deviation from the first
-        side less that from the second.
-        """
-        return np.asarray(self.mean[0] - self.mean[1])
+        """Return the reversal value B_i at each position (position,)."""
+        return reversal(self.mean)
 
     @property
     def figures(self) -> dict[str, float]:
-        """Return the figures by their symbols: A, R, B, E and M; with "1" and "2" those of one
-        direction, from the first and the second side.
-        """
-        mean, spread = self.mean, 2 * self.deviation
-        both = spread.sum(axis=0) + np.abs(self.reversal)
-        centre = mean.mean(axis=0)
-        out = {
-            "A": float((mean + spread).max() - (mean - spread).min()),
-            "R": float(np.maximum(both, 2 * spread.max(axis=0)).max()),
-            "B": float(np.abs(self.reversal).max()),
-            "mean B": float(self.reversal.mean()),
-            "E": float(mean.max() - mean.min()),
-            "M": float(centre.max() - centre.min()),
+        """Return the figures by their symbols, as `laws.iso230.positioning`."""
+        return {
+            name: float(value) for name, value in positioning(self.mean, self.deviation).items()
         }
-        for k in range(_SIDES):
-            out |= {
-                f"A{k + 1}": float((mean[k] + spread[k]).max() - (mean[k] - spread[k]).min()),
-                f"R{k + 1}": float(2 * spread[k].max()),
-                f"E{k + 1}": float(mean[k].max() - mean[k].min()),
-            }
-        return out
 
 
 def axis_positionings(visits: Visits) -> tuple[AxisPositioning, ...]:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.draws import key
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.laws import iso9283 as iso
@@ -21,7 +20,9 @@ from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
+from lostmotion.propagation.iso9283.axes import axis_tests
 from lostmotion.propagation.iso9283.cube import MOST_POSES, NAMES
+from lostmotion.propagation.iso9283.experiment import Experiment
 from lostmotion.propagation.iso9283.joint_motion import (
     cycle_approach,
     path_approach,
@@ -32,9 +33,9 @@ from lostmotion.propagation.iso9283.joint_motion import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
+    from lostmotion.propagation.iso9283.axes import AxisTest
     from lostmotion.propagation.iso9283.cube import CommandedPoses, Cube
     from lostmotion.spatial import Floats
 
@@ -48,11 +49,10 @@ PATH_POINTS: Final = 20
 # Poses at which the standard evaluates vAP; ends of the distance and of the default path.
 FROM_THREE_SIDES: Final = (0, 1, 3)
 DISTANCE: Final = (1, 3)
-_AT_ONCE: Final = 500
 SHOWN_ROBOTS: Final = 3
 _CHECKED: Final = 8
 # First pose number of each experiment: visits are drawn independently, robots are the same.
-_NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000, "commanded": 4_000}
+_NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000, "commanded": 4_000, "axes": 5_000}
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,7 @@ class PredictedRobots:
     loads                     characteristics under each load, in the order given
     path_ends                 the poses that the path joins
     path_points, path_cycles  number of points of the path, and of its cycles
+    axes                      positioning along and about the base's axes, under the first load
     check                     difference of the first-order sum to the exact composition, on a
                               sample at the five poses
     """
@@ -125,47 +126,8 @@ class PredictedRobots:
     path_ends: tuple[int, int]
     path_points: int
     path_cycles: int
+    axes: tuple[AxisTest, ...]
     check: ExactCheck
-
-
-@dataclass(frozen=True)
-class _Experiment:
-    """How many robots are drawn from a seed, how often each visits a pose, and the standard
-    deviation of the readings, m.
-    """
-
-    seed: int
-    robots: int
-    visits: int
-    instrument: float
-
-    def errors(self, matrix: PoseMatrix, row: int, number: int) -> Floats:
-        """Return the tool's error (robot, visit, 6) at one pose, rad and m, with the study's draws
-        for pose `number` and the noise of the readings.
-        """
-        out = np.empty((self.robots, self.visits, 6))
-        for first in range(0, self.robots, _AT_ONCE):
-            last = min(first + _AT_ONCE, self.robots)
-            robot, visit = (
-                axis.ravel()
-                for axis in np.meshgrid(
-                    np.arange(first, last), np.arange(self.visits), indexing="ij"
-                )
-            )
-            draws = exact.draws_of(matrix, row, self.seed, number, robot, visit)
-            out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, self.visits, 6)
-        if self.instrument:
-            readings = np.random.Generator(
-                np.random.Philox(key=key(self.seed, f"iso9283.readings.{number}"))
-            )
-            noise = readings.standard_normal((self.robots, self.visits, 3))
-            out[..., 3:] += self.instrument * noise
-        return out
-
-    def at_all(self, matrix: PoseMatrix, first: int) -> Floats:
-        """Return the errors (pose, robot, visit, 6) at every pose, numbered from `first`."""
-        rows = range(len(matrix.tool))
-        return np.stack([self.errors(matrix, row, first + row) for row in rows])
 
 
 def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
@@ -195,7 +157,7 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     report = progress or (lambda _stage, _done, _total: None)
     steps = 3 * len(loads)
     approach, still = cycle_approach(cube.q)
-    visiting = _Experiment(seed, robots, cycles, instrument)
+    visiting = Experiment(seed, robots, cycles, instrument)
     sheets = []
     for number, load in enumerate(loads):
         loaded = with_payload_share(arm, load)
@@ -237,6 +199,9 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         path,
         path_points,
         path_cycles,
+        axis_tests(
+            with_payload_share(arm, loads[0]), cube, approach[0], visiting, _NUMBERS["axes"]
+        ),
         exact.check(
             pose_matrix(arm, cube.q, approach=approach),
             0,
@@ -265,7 +230,7 @@ def predict_at(
     and RD need poses of the names P2 and P4.
     """
     approach = cycle_approach(at.q[::-1])[0][::-1]
-    visiting = _Experiment(seed, robots, cycles, instrument)
+    visiting = Experiment(seed, robots, cycles, instrument)
     unknown = np.full((len(PATH_FIGURES), robots), np.nan)
     return tuple(
         LoadSheet(
@@ -302,7 +267,7 @@ def with_payload_share(arm: Arm, share: float) -> Arm:
 
 
 def _at_poses(
-    arm: Arm, at: Cube | CommandedPoses, approach: Floats, visiting: _Experiment, first: int
+    arm: Arm, at: Cube | CommandedPoses, approach: Floats, visiting: Experiment, first: int
 ) -> dict[str, Floats]:
     """Return the fields of a `LoadSheet` that belong to the poses, numbered from `first`."""
     state = standing(state_of(arm, at.q))
@@ -338,9 +303,7 @@ def _distance(at: Cube | CommandedPoses, command: Floats, shift: Floats) -> Floa
     return np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
 
 
-def _from_sides(
-    arm: Arm, cube: Cube, approach: Floats, visiting: _Experiment, first: int
-) -> Floats:
+def _from_sides(arm: Arm, cube: Cube, approach: Floats, visiting: Experiment, first: int) -> Floats:
     """Return vAP (pose, robot), with each pose approached along the base's x, y and z."""
     out = np.empty((len(FROM_THREE_SIDES), visiting.robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
@@ -356,7 +319,7 @@ def _along_path(
     cube: Cube,
     approach: Floats,
     line: tuple[int, int, int],
-    visiting: _Experiment,
+    visiting: Experiment,
     first: int,
 ) -> tuple[Floats, Floats, Floats]:
     """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 # Scatter from one side that is a smaller share of that from either side is little.
 _LITTLE: Final = 0.1
 # Sections of which every length is an error of the predicted robots.
-_BOUNDED: Final = ("ap", "fitted", "rp", "either", "axes", "vap", "distance", "path")
+_BOUNDED: Final = ("ap", "fitted", "rp", "either", "axes", "positioning", "vap", "distance", "path")
 # With fewer robots than this, fewer than three lie above the 95th percentile.
 _FEW: Final = 60
 _WORDS: Final = (
@@ -107,6 +107,10 @@ _WORDS: Final = (
             "multi-directional pose accuracy: largest distance between the barycentres of "
             "approaches along the base's x, y and z (7.2.3)."
         ),
+    ),
+    (
+        "positioning by axis",
+        "ISO 230-2 along and about one axis at a time, as makers of positioners state it.",
     ),
     (
         "A, R, B, E, M",

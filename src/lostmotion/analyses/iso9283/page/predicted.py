@@ -14,7 +14,9 @@ from lostmotion.analyses.iso9283.page.labels import (
     scatter_figure,
 )
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
+from lostmotion.laws.iso230 import APPROACHES, POSITIONS
 from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.propagation.iso9283.axes import REPEATABILITY
 from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES
 from lostmotion.reporting.first_order import judged
@@ -44,6 +46,7 @@ def predicted_sections(found: PredictedRobots, drifted: Drift | None) -> list[Se
         *(_repeatability(found, sheet) for sheet in found.loads),
         _either_side(found),
         *_by_axis(found),
+        *([_axes_of_makers(found)] if found.axes else []),
         _sides(found),
         _distance(found),
         _path(found),
@@ -247,6 +250,30 @@ def _by_axis(found: PredictedRobots) -> list[Section]:
             "RP_a, RP_b, RP_c: ± 3 s",
         ),
     ]
+
+
+def _axes_of_makers(found: PredictedRobots) -> Section:
+    counted = f"{several(found.robots, 'robot')} x {APPROACHES} approaches from each side"
+    rows = [
+        _mean_and_p95(
+            f"{each.axis}, {name}", values, counted, angle=each.turns, scatter=name == REPEATABILITY
+        )
+        for each in found.axes
+        for name, values in each.stated.items()
+    ]
+    travels = []
+    for each in found.axes:
+        unit, factor = ("deg", math.degrees(1)) if each.turns else ("mm", 1e3)
+        low, high = (factor * each.travel).round(1).tolist()
+        travels.append(f"{each.axis} {low:g} … {high:g} {unit}")
+    note = (
+        "by ISO 230-2:2014, as makers of positioners state it: one axis moves at a time, through "
+        f"P1; {POSITIONS} positions, the outer ones a tenth of the travel from its ends. "
+        "Unidirectional repeatability is 4 s, which makers print as ± 2 s; reversal is the "
+        "difference of the means from the two sides; accuracy is the range of mean ± 2 s of all "
+        f"positions and both sides. Travel from P1: {'; '.join(travels)}"
+    )
+    return table("positioning", "Positioning by axis", _SPREAD, rows, note)
 
 
 def _sides(found: PredictedRobots) -> Section:

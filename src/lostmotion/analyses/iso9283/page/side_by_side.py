@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.iso9283.page.labels import LONGEST_SIDE, estimate_figure, load_label
 from lostmotion.io.limits import cut
+from lostmotion.laws.iso230 import APPROACHES, POSITIONS
 from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.reporting.sheet import Card, length, several, table
-from lostmotion.standards.axis_positioning import APPROACHES, POSITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
