@@ -107,18 +107,41 @@ def test_a_corner_that_repeats_at_a_pose_begins_a_new_image(tmp_path):
 
 
 def test_what_is_held_out_is_a_share_of_the_poses(tmp_path):
-    """Four poses with two rows each cannot spare nine tenths; nor is anything held out where
-    nothing is estimated.
-    """
+    """Four poses with two rows each cannot spare nine tenths."""
     joints, points = (np.repeat(each[:4], 2, axis=0) for each in twenty())
     points[1::2] += 0.01
     path = written(tmp_path / "visits.csv", joints, points)
     with pytest.raises(InputError, match="at least 3 of 4 poses"):
         lostmotion.calibrate(ARM, path, hold_out=0.6)
-    with pytest.raises(InputError, match="hold_out"):
-        lostmotion.calibrate(ARM, path, hold_out=0.2, plan=1)
-    with pytest.raises(InputError, match="hold_out"):
-        lostmotion.calibrate(ARM, hold_out=0.2, maker="calibration.conf")
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"plan": 1, "hold_out": 0.2, "terms": "geometry"}, {"hold_out", "terms"}),
+        ({"plan": 1, "instrument": "dial", "mapping": "x = a [mm]"}, {"instrument", "mapping"}),
+        ({"measured": "visits.csv", "zone": "x 0..1 m"}, {"zone"}),
+        (
+            {
+                "maker": "calibration.conf",
+                "measured": "visits.csv",
+                "mapping": "x = a [mm]",
+                "terms": "waves",
+                "noise": "70 µm",
+                "instrument": "dial",
+                "hold_out": 0.2,
+                "plan": 5,
+                "zone": "x 0..1 m",
+            },
+            {"measured", "mapping", "terms", "noise", "instrument", "hold_out", "plan", "zone"},
+        ),
+    ],
+)
+def test_an_argument_without_a_use_is_refused(given, named):
+    """By name, all at once, before any file is read."""
+    with pytest.raises(InputError) as refused:
+        lostmotion.calibrate(ARM, **given)
+    assert {each.key for each in refused.value.problems} == named
 
 
 def test_a_plan_uses_what_the_file_states(tmp_path):

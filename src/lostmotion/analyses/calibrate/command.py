@@ -16,8 +16,8 @@ from lostmotion.analyses.arguments import (
     zone_of,
 )
 from lostmotion.analyses.quantities import Amount
-from lostmotion.analyses.signature import Argument, question, read_arguments
-from lostmotion.errors import InputError, Problem, refuse_argument
+from lostmotion.analyses.signature import Argument, question, question_of, read_arguments
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.io.measured.instrument import Instrument
 from lostmotion.units import Quantity
 
@@ -33,6 +33,37 @@ if TYPE_CHECKING:
 # Standard deviation of a coordinate by which poses are planned, m: of a laser tracker with what the
 # model lacks.
 DEFAULT_NOISE: Final = 70e-6
+
+
+# Arguments that are without a use where poses are planned, where a maker's file is read, and where
+# errors are estimated.
+_UNUSED: Final = {
+    "plan": ("terms", "hold_out"),
+    "maker": ("measured", "mapping", "terms", "noise", "instrument", "hold_out", "plan", "zone"),
+    "measured": ("zone",),
+}
+
+
+def _refuse_unused(asked: Any) -> None:  # noqa: ANN401 - one attribute per argument
+    """Raise InputError with every argument that the others leave without a use."""
+    mode = next(name for name in ("maker", "plan", "measured") if getattr(asked, name) is not None)
+    unused = dict.fromkeys(_UNUSED[mode], f"nothing beside {mode}, which does not use it")
+    if asked.measured is None and mode == "plan":
+        unused |= dict.fromkeys(("mapping", "instrument"), "the measured file that it belongs to")
+    defaults = {each.name: each.default for each in question_of(calibrate).parameters}
+    passing = {"maker": "calibration.conf", "plan": 30, "measured": "visits.csv"}[mode]
+    wrong = [
+        Problem("", name, _in_words(value), expected, passing=((mode, passing),))
+        for name, expected in unused.items()
+        for value in [getattr(asked, name)]
+        if value not in (defaults[name], [], ())
+    ]
+    if wrong:
+        raise InputError(wrong)
+
+
+def _in_words(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else shown(value)
 
 
 def _visits_of(name: str, value: Any, given: object) -> Any:  # noqa: ANN401 - whatever a user passes
@@ -150,9 +181,7 @@ def calibrate(
         nothing = "neither measurements, nor a number of poses to plan, nor a maker's file"
         raise refuse_argument("measured, plan", nothing, "one of them", measured="visits.csv")
     asked = read_arguments(calibrate, locals())
-    if asked.hold_out and (asked.plan is not None or asked.maker is not None):
-        expected = "no share that is held out where nothing is estimated: with plan or maker"
-        raise refuse_argument("hold_out", asked.hold_out, expected, hold_out=0)
+    _refuse_unused(asked)
     from lostmotion.analyses.calibrate.answer import calibrated
     from lostmotion.analyses.calibrate.planned import planned_poses
     from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
