@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.calibration import evidence
-from lostmotion.calibration.terms import is_frame, is_harmonic, is_seat
+from lostmotion.calibration.terms import is_compliance, is_frame, is_harmonic, is_seat
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -157,7 +157,8 @@ class _Search:
             self.variances[: self.draws][self.order > 0] = 0.0
         else:
             self.orders = int(self.order[asked.variances[: self.draws] > 0].max(initial=0))
-        fixed = [is_frame(owner) for owner in model.owners]
+        # what has no tolerance that it could exceed
+        fixed = [is_frame(owner) or is_compliance(owner) for owner in model.owners]
         self.seat = np.array([is_seat(owner) for owner in model.owners], dtype=bool)
         self.robot = np.array(
             [not f and not o for f, o in zip(fixed, self.order, strict=True)], dtype=bool

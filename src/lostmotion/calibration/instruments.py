@@ -34,6 +34,8 @@ class MeasuredVisits:
     rotation    (visit, 3, 3) attained orientation of the tool; None: not measured
     approach    (visit, joint) sign of the last motion; zero where it is not stated
     readings    one number of each visit, in place of points and differences
+    time        (visit,) by any clock, s; None: not recorded
+    payload     (visit,) mass at the tool, kg; None: that of the arm's file
     """
 
     q: Floats
@@ -42,6 +44,8 @@ class MeasuredVisits:
     rotation: Floats | None = None
     approach: Floats | float = 0.0
     readings: Readings | None = None
+    time: Floats | None = None
+    payload: Floats | None = None
 
     def __len__(self) -> int:
         """Return the number of visits."""
@@ -62,6 +66,8 @@ class MeasuredVisits:
             rotation=part(self.rotation),
             approach=approach[kept] if isinstance(approach, np.ndarray) else approach,
             readings=None if read is None else read.rows(kept),
+            time=part(self.time),
+            payload=part(self.payload),
         )
 
 
@@ -135,6 +141,10 @@ class Instrument(ABC):
     def error(self, residual: Floats) -> Floats:
         """Return the r.m.s. distance of its points (pose,), m, by residuals (pose, row)."""
         return np.asarray(np.linalg.norm(residual[:, self.lengths], axis=1) / self.points**0.5)
+
+    def size(self, unknown: int) -> tuple[float, str]:  # noqa: ARG002 - one for all of most
+        """Return the deviation of an unknown, and its unit as in `EstimatedError`."""
+        return 1.0, "1"
 
     @abstractmethod
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:

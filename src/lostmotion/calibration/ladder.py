@@ -2,23 +2,27 @@
 
 Frames and geometry are always estimated, since their prior keeps what the data do not resolve. A
 further rung stays where the mean error at held-out poses falls by more than one standard error of
-the paired difference, and the log evidence rises.
+the paired difference, the log evidence rises, and the estimate is possible. The compliance of the
+joints is tried where two payloads were measured, drift where the time was recorded.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from lostmotion.calibration.fit import Asked, fit
-from lostmotion.calibration.terms import is_frame, is_harmonic
+from lostmotion.calibration.terms import is_compliance, is_frame, is_harmonic
 from lostmotion.calibration.validation import blocked_folds, cross_validate, random_folds
+from lostmotion.parts.forms import Spring
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from numpy.typing import NDArray
 
     from lostmotion.calibration.fit import Estimates
     from lostmotion.calibration.instruments import Instrument
@@ -26,8 +30,11 @@ if TYPE_CHECKING:
     from lostmotion.calibration.validation import HeldOut
     from lostmotion.spatial import Floats
 
-Terms = Literal["geometry", "waves"]
+Terms = Literal["geometry", "waves", "all"]
 FRAMES, GEOMETRY, HARMONICS = "base and tool", "geometry", "periodic errors"
+COMPLIANCE, DRIFT = "compliance of the joints", "drift"
+# Deviations below zero from which a compliance is impossible.
+_IMPOSSIBLE: Final = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +61,15 @@ class Rung:
 class Climb:
     """What each rung bought.
 
-    model    errors that the last rung kept estimates
-    rungs    in the order tried
-    before   held-out measurements of the first rung, with random folds
-    random   the same of the last rung kept
+    model       errors that the last rung kept estimates
+    instrument  the measurement, with a drift where one was found
+    rungs       in the order tried
+    before      held-out measurements of the first rung, with random folds
+    random      the same of the last rung kept
     """
 
     model: RobotModel
+    instrument: Instrument
     rungs: tuple[Rung, ...]
     before: HeldOut
     random: HeldOut
@@ -71,11 +80,12 @@ class Climb:
         return [rung for rung in self.rungs if rung.kept][-1]
 
 
-def climb(
+def climb(  # noqa: PLR0913 - a measurement, and what to try
     model: RobotModel,
     instrument: Instrument,
     *,
-    terms: Terms = "waves",
+    drift: Instrument | None = None,
+    terms: Terms = "all",
     scale: float = 1.0,
     noise: float | None = None,
     seed: int = 1,
@@ -83,51 +93,59 @@ def climb(
 ) -> Climb:
     """Return the fit of the errors that the measurement supports, and what each family bought.
 
+    drift  the instrument with a drift; None: no time was recorded
     terms  "geometry": constant errors of the chain alone; "waves": also periodic errors of the
-           joints
+           joints; "all": also compliance and drift
     scale  size of the errors that the arm's file states over usual ones
     noise  standard deviation of a coordinate, m; None: estimated
     seed   of the random folds
     """
     labels = blocked_folds(model.matrix.state.frames[-1, :, :3, 3])
-    own = len(instrument.unknowns)
     frame = np.array([is_frame(owner) for owner in model.owners])
     harmonic = np.array([is_harmonic(owner) for owner in model.owners])
-    families = [(FRAMES, frame), (GEOMETRY, ~harmonic)]
-    if terms == "waves" and harmonic.any():
-        families.append((HARMONICS, np.ones(len(harmonic), dtype=bool)))
+    soft = np.array([is_compliance(owner) for owner in model.owners])
+    members, seen = frame, instrument
+    families: list[tuple[str, NDArray[np.bool_], Instrument | None]]
+    families = [(FRAMES, frame, None), (GEOMETRY, ~harmonic & ~soft, None)]
+    if terms == "all":
+        families += [(COMPLIANCE, soft, None)] if soft.any() else []
+        families += [] if drift is None else [(DRIFT, np.zeros_like(soft), drift)]
+    if terms != "geometry" and harmonic.any():
+        families.append((HARMONICS, harmonic, None))
     rungs: list[Rung] = []
-    tried: list[tuple[RobotModel, Asked]] = []
-    for number, (name, members) in enumerate(families):
+    tried: list[tuple[RobotModel, Instrument, Asked]] = []
+    for number, (name, more, drifting) in enumerate(families):
         if progress is not None:
             progress(f"estimating {name}", number, len(families) + 1)
-        part = model.keeping(np.flatnonzero(members))
+        here, measured = members | more, drifting or seen
+        part = model.keeping(np.flatnonzero(here))
         asked = Asked(
-            np.ones(len(part.streams) + own),
+            np.ones(len(part.streams) + len(measured.unknowns)),
             noise,
             harmonics=name == HARMONICS,
             scale=scale,
             robust=name != FRAMES,  # what the frames alone leave is no measuring error
         )
-        found = fit(part, instrument, asked)
-        held = cross_validate(part, instrument, asked, labels)
+        found = fit(part, measured, asked)
+        held = cross_validate(part, measured, asked, labels)
         count = int((found.variances > 0).sum())
-        reason = _refusal(rungs[-1], found, held) if name == HARMONICS else ""
+        kept = [rung for rung in rungs if rung.kept]
+        optional = name not in {FRAMES, GEOMETRY}
+        reason = _refusal(name, kept[-1], part, found, held) if optional else ""
         rungs.append(Rung(name, count, found, held, not reason, reason))
         if not reason:
-            tried.append((part, asked))
+            tried.append((part, measured, asked))
+            members, seen = here, measured
     if progress is not None:
         progress("validating at random poses", len(families), len(families) + 1)
     folds = random_folds(model.matrix.state.q, seed)
-    before, after = (
-        cross_validate(part, instrument, asked, folds) for part, asked in (tried[0], tried[-1])
-    )
-    return Climb(tried[-1][0], tuple(rungs), before, after)
+    before, after = (cross_validate(*each, folds) for each in (tried[0], tried[-1]))
+    return Climb(tried[-1][0], seen, tuple(rungs), before, after)
 
 
-def _refusal(before: Rung, found: Estimates, held: HeldOut) -> str:
+def _refusal(name: str, before: Rung, model: RobotModel, found: Estimates, held: HeldOut) -> str:
     """Return why a family is not kept, in a clause; empty where it is."""
-    if not found.orders:
+    if name == HARMONICS and not found.orders:
         return "the evidence is for none"
     better, error = paired(before.blocked.error, held.error)
     if found.evidence <= before.fit.evidence:
@@ -137,6 +155,26 @@ def _refusal(before: Rung, found: Estimates, held: HeldOut) -> str:
             "held-out regions are not predicted better by more than one standard error of the "
             "difference"
         )
+    return _impossible(model, found) if name == COMPLIANCE else ""
+
+
+def _impossible(model: RobotModel, found: Estimates) -> str:
+    """Return which joint is estimated to yield against its load, in a clause; empty for none."""
+    deviation = np.sqrt(np.diag(found.covariance))
+    for k, owner in enumerate(model.owners):
+        if is_compliance(owner):
+            of = next(i.of for i, n in zip(model.matrix.infos, model.of, strict=True) if n == k)
+            stated = sum(
+                each.of.term.scale * float(each.of.term.form.curve.slope(np.zeros(1))[0])
+                for each in model.matrix.infos
+                if each.of.place == of.place
+                and each.level == "design"
+                and isinstance(each.of.term.form, Spring)
+                and each.of.term.form.elastic
+            )
+            least = found.mean[k] + _IMPOSSIBLE * deviation[k]
+            if stated + of.term.scale * least < 0:
+                return f"the estimate for {owner} is below zero, which no joint can have"
     return ""
 
 

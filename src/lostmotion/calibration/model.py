@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 class RobotModel:
     """The errors of an arm at some poses, split by what measurements of one robot can estimate.
 
-    matrix      pose matrix of the arm with its added errors
+    matrices    pose matrix of the arm with its added errors under each payload
+    load        (pose,) number of the payload at each pose
     streams     draws that are estimated: of columns drawn per robot alone
     of          (column,) index of the draw of each column; -1 for design columns, -2 for the others
     columns     (pose, 6, stream) motion of the tool per unit draw, in the nominal arm, where a soft
@@ -40,7 +41,8 @@ class RobotModel:
     scatter     (pose, 6, 6) covariance of the motions by all errors that are not estimated
     """
 
-    matrix: PoseMatrix
+    matrices: tuple[PoseMatrix, ...]
+    load: NDArray[np.int64]
     streams: tuple[Stream, ...]
     of: NDArray[np.int64]
     columns: Floats
@@ -50,11 +52,17 @@ class RobotModel:
         """Return the number of poses."""
         return len(self.columns)
 
+    @property
+    def matrix(self) -> PoseMatrix:
+        """Return the pose matrix under the first payload."""
+        return self.matrices[0]
+
     def rows(self, rows: NDArray[np.int64]) -> RobotModel:
         """Return the model at the poses in these rows."""
         return replace(
             self,
-            matrix=self.matrix.rows(rows),
+            matrices=tuple(matrix.rows(rows) for matrix in self.matrices),
+            load=self.load[rows],
             columns=self.columns[rows],
             scatter=self.scatter[rows],
         )
@@ -75,9 +83,12 @@ class RobotModel:
         (stream,).
         """
         values = np.concatenate([draws, [0.0, 1.0]])[self.of]  # -1 is the last, -2 before it
-        rows = np.arange(len(self))
-        factors = np.broadcast_to(values[:, None], (len(rows), len(values), 1))
-        return compose(self.matrix, rows, factors)[:, 0]
+        out = np.empty((len(self), 4, 4))
+        for number, matrix in enumerate(self.matrices):
+            rows = np.flatnonzero(self.load == number)
+            factors = np.broadcast_to(values[:, None], (len(rows), len(values), 1))
+            out[rows] = compose(matrix, rows, factors)[:, 0]
+        return out
 
     def numbers(self, streams: Sequence[Stream]) -> NDArray[np.int64]:
         """Return the number of each of these draws in this model. The two draws of a harmonic have
@@ -99,36 +110,48 @@ def model_of(
     added: Sequence[PlacedTerm] = (),
     *,
     approach: float | Floats = 0.0,
+    payload: Floats | None = None,
 ) -> RobotModel:
     """Return the model of an arm at poses q (pose, joint), rad and m, with these errors besides
     those of its file.
 
     approach  sign of the joints' last motion, as for `screws`
+    payload   (pose,) mass at the tool, kg; None: that of the file
 
     A soft arm is taken where it stands under its loads, a stiff one at the command.
     Raises InputError where a soft arm cannot hold its load.
     """
-    empty = Calibration((), np.zeros(0), np.zeros((0, 0)), tuple(added))
-    state = standing_if_soft(state_of(arm.calibrated(empty), q))
-    matrix = screws(state, approach=approach)
-    estimated = [
-        info.robot is not None and info.visit is None and info.closing is None
-        for info in matrix.infos
-    ]
+    arm = arm.calibrated(Calibration((), np.zeros(0), np.zeros((0, 0)), tuple(added)))
+    masses, load = np.unique([] if payload is None else payload, return_inverse=True)
+    loaded = [with_payload(arm, float(mass)) for mass in masses] or [arm]
+    matrices = tuple(
+        screws(standing_if_soft(state_of(each, q)), approach=approach) for each in loaded
+    )
+    load = load if len(masses) else np.zeros(len(q), dtype=np.int64)
     streams: dict[Stream, int] = {}
-    of = np.full(len(matrix.infos), -2)
-    for k, (info, own) in enumerate(zip(matrix.infos, estimated, strict=True)):
-        if own and info.robot is not None:
+    of = np.full(len(matrices[0].infos), -2)
+    for k, info in enumerate(matrices[0].infos):
+        if info.robot is not None and info.visit is None and info.closing is None:
             of[k] = streams.setdefault(info.robot, len(streams))
         elif info.level == "design":
             of[k] = -1
-    columns = np.zeros((len(matrix.tool), 6, len(streams)))
-    for column in np.flatnonzero(of >= 0):
-        columns[:, :, of[column]] += matrix.tool[:, :, column]
-    others = [
-        k
-        for k, info in enumerate(matrix.summed.infos)
-        if info.level != "design" and not (info.visit is None and info.closing is None)
-    ]
-    rest = matrix.summed.tool[:, :, others]
-    return RobotModel(matrix, tuple(streams), of, columns, rest @ rest.transpose(0, 2, 1))
+    columns, scatter = np.zeros((len(q), 6, len(streams))), np.zeros((len(q), 6, 6))
+    for number, matrix in enumerate(matrices):
+        rows = np.flatnonzero(load == number)
+        for column in np.flatnonzero(of >= 0):
+            columns[rows, :, of[column]] += matrix.tool[rows, :, column]
+        others = [
+            k
+            for k, info in enumerate(matrix.summed.infos)
+            if info.level != "design" and not (info.visit is None and info.closing is None)
+        ]
+        rest = matrix.summed.tool[rows][:, :, others]
+        scatter[rows] = rest @ rest.transpose(0, 2, 1)
+    return RobotModel(matrices, load, tuple(streams), of, columns, scatter)
+
+
+def with_payload(arm: Arm, mass: float) -> Arm:
+    """Return the arm with this mass at its tool, kg."""
+    if mass == arm.payload.mass:
+        return arm
+    return arm.with_payload(arm.payload.model_copy(update={"mass": mass}))

@@ -9,19 +9,22 @@ import numpy as np
 
 from lostmotion.calibration import validation
 from lostmotion.calibration.alignment import align, in_base
+from lostmotion.calibration.drift import Drifting, drifting
 from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.instruments import FullPoses, Points
 from lostmotion.calibration.ladder import climb
-from lostmotion.calibration.model import model_of
+from lostmotion.calibration.model import model_of, with_payload
 from lostmotion.calibration.partial import instrument_of
 from lostmotion.calibration.reduction import in_best_frames, reduced
 from lostmotion.calibration.tags import tags_of
 from lostmotion.calibration.terms import (
     Deviations,
     added_terms,
+    is_added,
+    is_compliance,
     is_frame,
     is_harmonic,
-    is_seat,
+    joint_torques,
     stated_scale,
 )
 from lostmotion.error_model.poses import sample_poses
@@ -48,6 +51,8 @@ _ORDERS: Final = 32
 _FEWEST_PERIODIC: Final = 12
 # Number of poses over the workspace at which the covariance is compared with its factor.
 _POSES: Final = 256
+# Deviation of the wind-up of a joint under the largest torque of the measurement, rad.
+_WIND_UP: Final = 1e-3
 # A frame farther from the base than so many prior deviations is that of the instrument.
 _FAR: Final = 3.0
 # Largest share of the reach that base and tool may leave, and offset of the tool, in prior
@@ -66,7 +71,7 @@ class EstimatedError:
 
     name       of its draw
     draw       number of that among the estimates, as in `Release`
-    unit       "rad" or "m"; "1" where the draw has no single size
+    unit       "rad", "m", "rad/(N m)" or "m/m"; "1" where the draw has no single size
     prior      standard deviation that was assumed
     value      estimate, and its standard deviation, in the unit
     deviation
@@ -142,7 +147,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     measured: MeasuredVisits,
     *,
     sizes: Deviations | None = None,
-    terms: Terms = "waves",
+    terms: Terms = "all",
     noise: float | None = None,
     hold_out: float = 0.0,
     seed: int = 1,
@@ -160,11 +165,19 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     where neither points nor differences are measured.
     """
     chosen = sizes or Deviations()
-    orders = _ORDERS if terms == "waves" and len(measured) >= _FEWEST_PERIODIC else 0
+    orders = _ORDERS if terms != "geometry" and len(measured) >= _FEWEST_PERIODIC else 0
     turn = 0.0 if measured.rotation is None else chosen.base_turn
-    chosen = replace(chosen, orders=orders, tool_turn=turn)
+    soft = _compliance(arm, measured) if terms == "all" else 0.0
+    chosen = replace(chosen, orders=orders, tool_turn=turn, compliance=soft)
     seen = measured_in_base(arm, measured, chosen, noise)
-    every = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
+    every = model_of(
+        arm,
+        measured.q,
+        added_terms(arm, chosen),
+        approach=measured.approach,
+        payload=measured.payload,
+    )
+    drift = drifting(seen.instrument, measured.time)
     visit = validation.numbered(measured.q)
     mixed = np.random.default_rng(seed).permutation(int(visit.max()) + 1)
     apart = np.isin(visit, mixed[: round(hold_out * len(mixed))])
@@ -173,6 +186,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     found = climb(
         model,
         instrument,
+        drift=None if drift is None else drift.part(used),
         terms=terms,
         scale=stated_scale(arm, chosen) if sizes is None else 1.0,
         noise=noise,
@@ -183,21 +197,35 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     tested = None
     if len(aside):
         there = every.rows(aside).keeping(every.numbers(found.model.streams))
-        tested = validation.held_out(there, seen.instrument.part(aside), found.kept.fit)
+        with_drift = isinstance(found.instrument, Drifting)
+        measure = drift if drift is not None and with_drift else seen.instrument
+        tested = validation.held_out(there, measure.part(aside), found.kept.fit)
     return Robot(
         arm,
         calibrations_of(arm, found.model, found.kept.fit, chosen, inflation),
         found,
-        instrument,
+        found.instrument,
         seen.frames[used],
         chosen,
         inflation,
         seen.alignment,
         seen.sign,
-        estimated_errors(found.model, found.kept.fit, instrument),
+        estimated_errors(found.model, found.kept.fit, found.instrument),
         used,
         tested,
     )
+
+
+def _compliance(arm: Arm, measured: MeasuredVisits) -> float:
+    """Return the prior deviation of the joints' compliance, rad/(N m); 0 where only one payload
+    was measured.
+    """
+    masses = np.zeros(0) if measured.payload is None else np.unique(measured.payload)
+    if len(masses) < 2:  # noqa: PLR2004 - the difference of two
+        return 0.0
+    torques = joint_torques(with_payload(arm, float(masses[-1])), measured.q)
+    largest = float(np.abs(torques).max(initial=0.0))
+    return _WIND_UP / largest if largest else 0.0
 
 
 class MeasuredInBase(NamedTuple):
@@ -322,11 +350,11 @@ def estimated_errors(
     factors = {each.draw: each.factor for each in best.released}
     resolved = best.resolved
     names = [stream.name for stream in model.streams]
-    names += [f"instrument.{name}" for name in instrument.unknowns]
+    names += [n if n.startswith("drift") else f"instrument.{n}" for n in instrument.unknowns]
     out = []
     for k in map(int, free):
         tied = int(np.argmax(np.abs(correlation[k])))
-        size, unit = (1.0, "1") if k >= count else _size(model, k)
+        size, unit = instrument.size(k - count) if k >= count else _size(model, k)
         effect = np.sqrt((model.columns[:, 3:, k] ** 2).sum(axis=1).mean()) if k < count else 0.0
         owner = model.owners[k] if k < count else ""
         out.append(
@@ -341,7 +369,7 @@ def estimated_errors(
                 float(effect * abs(best.mean[k])),
                 names[tied],
                 float(correlation[k, tied]),
-                k < count and not (is_frame(owner) or is_harmonic(owner) or is_seat(owner)),
+                k < count and not is_added(owner),
                 factors.get(k, 1.0),
                 k >= count or is_frame(owner),
                 is_harmonic(owner),
@@ -355,6 +383,8 @@ def _size(model: RobotModel, draw: int) -> tuple[float, str]:
     depends on the pose or several terms share the draw.
     """
     columns = np.flatnonzero(model.of == draw)
+    if is_compliance(model.owners[draw]):
+        return float(model.matrix.infos[columns[0]].of.term.scale), "rad/(N m)"
     term = model.matrix.infos[columns[0]].of.term
     direction = getattr(term.form, "direction", None)
     if len(columns) > 1 or direction is None or "wrench" in term.form.reads:

@@ -16,7 +16,7 @@ import numpy as np
 from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.placed_terms import PlacedTerm
 from lostmotion.mechanism.state import state_of
-from lostmotion.parts.forms import Constant, Harmonic
+from lostmotion.parts.forms import Constant, Curve, Harmonic, Spring
 from lostmotion.parts.term import Draw, Term
 from lostmotion.spatial import across
 
@@ -48,6 +48,8 @@ class Deviations:
     harmonic               amplitude of a periodic error of a joint, rad, of which order n has the
                            share 1 / sqrt(1 + (n/16)^2)
     orders                 highest order of these, cycles per turn; 0: none
+    compliance             of a turning joint whose file states no scatter of its stiffness,
+                           rad/(N m); 0: none
     """
 
     zero: float = 1e-3
@@ -59,6 +61,7 @@ class Deviations:
     tool_shift: float = 3e-3
     harmonic: float = 0.04e-3
     orders: int = 0
+    compliance: float = 0.0
 
 
 def is_frame(owner: str) -> bool:
@@ -76,6 +79,16 @@ def is_seat(owner: str) -> bool:
     state.
     """
     return owner.endswith(".seat")
+
+
+def is_compliance(owner: str) -> bool:
+    """Return whether the part is the compliance that a calibration adds to a joint."""
+    return owner.endswith(".compliance")
+
+
+def is_added(owner: str) -> bool:
+    """Return whether a calibration added the part, which the arm's file does not state."""
+    return any(kind(owner) for kind in (is_frame, is_harmonic, is_seat, is_compliance))
 
 
 def stated_scale(arm: Arm, sizes: Deviations) -> float:
@@ -116,6 +129,7 @@ def added_terms(arm: Arm, sizes: Deviations) -> tuple[PlacedTerm, ...]:
             twist = tree.places[place].twist[:, 0]
             out += _seat(f"{owner}.seat", joint, seat, twist, stated, sizes)
         out += _harmonics(f"{owner}.harmonics", joint, place, tree.places[place].twist[:, 0], sizes)
+        out += _compliance(arm, f"{owner}.compliance", joint, place, sizes.compliance)
         carrier = place
     return (*out, *_frame(TOOL, "link", len(tree.places) - 1, sizes.tool_turn, sizes.tool_shift))
 
@@ -226,6 +240,35 @@ def _harmonics(
         for order in range(1, sizes.orders + 1)
         for phase in phases
     ]
+
+
+def _compliance(arm: Arm, owner: str, joint: int, place: int, size: float) -> list[PlacedTerm]:
+    """Return the compliance of a turning joint, unless the file states how its stiffness
+    scatters.
+    """
+    twist = arm.tree.places[place].twist[:, 0]
+    drawn = any(
+        of.place == place and of.term.level == "robot" and isinstance(of.term.form, Spring)
+        for of in arm.calibrated(None).terms
+    )
+    if drawn or not size or not twist[:3].any():
+        return []
+    curve = Curve(np.array([0.0, 1.0]), np.array([0.0, 1.0]), 1.0)
+    draw = Draw("per torque", _LAW)
+    term = Term("per torque", "wind-up", Spring(twist, curve), size, robot=draw)
+    return [PlacedTerm(owner, "gearbox", joint, place, term)]
+
+
+def joint_torques(arm: Arm, q: Floats) -> Floats:
+    """Return the torques about the turning joints between base and tool (pose, joint), N m."""
+    state, tree = state_of(arm, q), arm.tree
+    turning = [
+        place
+        for place in tree.tool_path
+        if tree.places[place].joint is not None and tree.places[place].twist[:3, 0].any()
+    ]
+    found = [state.wrenches[place] @ tree.places[place].twist[:, 0] for place in turning]
+    return np.stack(found, axis=1) if found else np.zeros((len(q), 0))
 
 
 def _constant(name: str, cause: str, direction: Floats, size: float) -> Term:

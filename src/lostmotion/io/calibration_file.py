@@ -79,6 +79,7 @@ class _Added(BaseModel):
     tool_shift: _Size = Deviations.tool_shift
     harmonic: _Size = Deviations.harmonic
     orders: Annotated[int, Field(strict=True, ge=0, le=64)] = 0
+    compliance: _Size = Deviations.compliance
 
 
 class _File(BaseModel):

@@ -221,3 +221,73 @@ def test_the_place_of_the_camera_needs_no_square_matrix_of_all_images(monkeypatc
     monkeypatch.setattr(np.linalg, "svd", counted)
     tags_of(Readings("tags", pixels, ("A",) * count, camera), tools)
     assert max(sizes) == 9 * count * 18
+
+
+def dial_file(path, rows):
+    """Write readings of a dial gauge: joint values (deg), reading (mm) and axis."""
+    head = ",".join([*(f"J{k} [deg]" for k in range(1, 7)), "dial [mm]", "along"])
+    lines = [",".join(map(str, (*joints, reading, axis))) for joints, reading, axis in rows]
+    path.write_text("\n".join([head, *lines]) + "\n")
+    return path
+
+
+def test_equal_readings_of_a_gauge_are_repeats_where_others_differ(tmp_path):
+    """A gauge may show one number twice at a pose. Where every reading repeats to the last digit,
+    as in a file that is stated twice, the rows are copies.
+    """
+    arm = lostmotion.read(ARM)
+    poses = [(k, -80 - k, 90, 10 * k, 5, 0) for k in range(6)]
+    rows = [(pose, 0.1 * k, "z") for k, pose in enumerate(poses)]
+    again = [(poses[0], 0.0, "z"), (poses[1], 0.12, "z")]
+    path = dial_file(tmp_path / "repeats.csv", rows + again)
+    assert len(read_calibration_visits(path, arm)) == 8
+    path = dial_file(tmp_path / "once.csv", rows)
+    read = read_calibration_visits([path, path], arm)
+    assert (len(read), read.duplicates) == (6, 6)
+    copied = dial_file(tmp_path / "copied.csv", [*rows, rows[0], (poses[0], 0.0, "x")])
+    read = read_calibration_visits(copied, arm)
+    assert (len(read), read.duplicates) == (7, 1)  # another axis is another reading
+
+
+def test_equal_points_at_other_times_are_repeats(tmp_path):
+    """Rows are copies where time, payload and side of approach are equal too."""
+    arm = lostmotion.read(ARM)
+    joints, points = twenty()
+    more = np.zeros((20, 1))
+    header = f"{HEADER},time [min]"
+    first = np.hstack([points, more])
+    later = np.hstack([points, more + 3])
+    path = written(tmp_path / "a.csv", np.vstack([joints] * 2), np.vstack([first, later]), header)
+    read = read_calibration_visits(path, arm)
+    assert (len(read), read.duplicates) == (40, 0)
+    np.testing.assert_allclose(read.time[[0, -1]], [0, 180])
+    path = written(tmp_path / "b.csv", np.vstack([joints] * 2), np.vstack([first, first]), header)
+    assert read_calibration_visits(path, arm).duplicates == 20
+
+
+def test_a_payload_is_that_of_the_row_or_of_the_lines_above(tmp_path):
+    """One file per payload may state it once; a time without a unit is not read, nor one that only
+    some files state; a payload below zero is refused.
+    """
+    arm = lostmotion.read(ARM)
+    joints, points = twenty()
+    one = written(tmp_path / "one.csv", joints, points)
+    one.write_text("# payload: 2 kg\n" + one.read_text())
+    rows = np.hstack([points + 1, np.full((20, 1), 3)])
+    two = written(tmp_path / "two.csv", joints, rows, f"{HEADER},payload [kg]")
+    read = read_calibration_visits([one, two], arm)
+    np.testing.assert_array_equal(read.payload, np.repeat([2.0, 3.0], 20))
+    plain = written(tmp_path / "plain.csv", joints, rows, f"{HEADER},time")
+    assert (
+        "the column time states no unit: it is not used"
+        in read_calibration_visits(plain, arm).remarks
+    )
+    timed = written(tmp_path / "timed.csv", joints, points, HEADER)
+    timed.write_text(plain.read_text().replace(",time", ",time [s]"))
+    read = read_calibration_visits([one, timed], arm)
+    assert read.time is None
+    assert "some of the files state no time: it is not used" in read.remarks
+    rows[3, 3] = -1
+    two = written(tmp_path / "two.csv", joints, rows, f"{HEADER},payload [kg]")
+    with pytest.raises(InputError, match="line 5, payload"):
+        read_calibration_visits(two, arm)

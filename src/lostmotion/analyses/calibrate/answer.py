@@ -14,8 +14,8 @@ from lostmotion.reporting.sheet import Cell, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from typing import Literal
 
+    from lostmotion.calibration.ladder import Terms
     from lostmotion.calibration.robot import EstimatedError, Robot
     from lostmotion.io.measured.calibration_visits import CalibrationVisits
     from lostmotion.mechanism.arm import Arm
@@ -31,6 +31,8 @@ _COUNTED: Final = 40
 _CONFLICT: Final = 1e-3
 _WEIGHTED_DOWN: Final = 0.5
 _LISTED: Final = 6
+# Units in which the sizes of errors are shown.
+_UNITS: Final = {"rad": "mrad", "rad/(N m)": "arcmin/(N m)", "m/m": "µm/m", "1": "1"}
 # Shares of the prior variance below which an estimate is not, or partly, resolved.
 UNRESOLVED: Final = 0.1
 PARTLY: Final = 0.75
@@ -64,7 +66,7 @@ class CalibrationAnswer:
 def calibrated(
     arm: Arm,
     visits: CalibrationVisits,
-    terms: Literal["geometry", "waves", "all"],
+    terms: Terms,
     noise: float | None,
     hold_out: float,
     seed: int,
@@ -76,7 +78,7 @@ def calibrated(
     robot = robot_of(
         arm.calibrated(None),
         visits,
-        terms="geometry" if terms == "geometry" else "waves",
+        terms=terms,
         sizes=visits.sizes,
         noise=noise if noise is not None else visits.noise,
         hold_out=hold_out,
@@ -105,12 +107,10 @@ def calibrated(
 
 
 def size(error: EstimatedError, value: float) -> Cell:
-    """Return a size of an error in the unit that people read: mrad, µm or mm, or standard
-    deviations.
+    """Return a size of an error in the unit that people read; a number of standard deviations where
+    it has none.
     """
-    if error.unit == "m":
-        return length(value)
-    return Cell(value, "mrad" if error.unit == "rad" else "1")
+    return length(value) if error.unit == "m" else Cell(value, _UNITS[error.unit])
 
 
 def _findings(robot: Robot) -> tuple[str, ...]:

@@ -59,17 +59,20 @@ _WORDS: Final = (
     ("log evidence", "logarithm of the probability density of the measurement, nats."),
 )
 # What no measurement of this kind can resolve: what it is, why, and what to measure instead.
+_DRIFTED: Final = (
+    "drift: from the first row to the last; all else is of the middle of the measurement"
+)
 _STIFFNESS: Final = (
     "joint stiffness",
     "one payload: deflection by the arm's own weight resembles tilts and first harmonics",
-    "the same poses with two payloads",
+    "the same poses with two payloads, in a column payload [kg]",
 )
 _SIDE: Final = (
     "play",
     "the direction of approach is not recorded: play counts as scatter between visits",
     "both directions, with a column NAME approach",
 )
-_DRIFT: Final = ("thermal drift", "no time is recorded", "the time of each row")
+_DRIFT: Final = ("drift", "no time is recorded", "the time of each row, in a column time [s]")
 _ORIENTATION: Final = (
     "orientation of the tool",
     "a point has none",
@@ -94,7 +97,7 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
             *_periodic(found),
             *_frames(found),
             _predicted(found),
-            _refusals(found),
+            *_refusals(found),
             _next(found),
             _rows(found),
         ),
@@ -239,7 +242,8 @@ def _estimates(found: CalibrationAnswer) -> Section:
         "Estimated errors, largest effect first",
         ("estimate", "± 95 %", "prior", "resolved", "effect at the tool"),
         [_estimate(each) for each in shown],
-        "effect: r.m.s. motion of the tool point by the estimate at the measured poses",
+        "effect: r.m.s. motion of the tool point by the estimate at the measured poses"
+        + (f"; {_DRIFTED}" if any(each.name.startswith("drift") for each in shown) else ""),
     )
 
 
@@ -332,12 +336,14 @@ def _predicted(found: CalibrationAnswer) -> Section:
     return table("predicted", title, ("mean 95 % radius", "95th percentile"), rows, note)
 
 
-def _refusals(found: CalibrationAnswer) -> Section:
-    kinds = [_STIFFNESS, _DRIFT]
+def _refusals(found: CalibrationAnswer) -> list[Section]:
+    payload = found.visits.payload
+    kinds = [_STIFFNESS] if payload is None or not np.ptp(payload) else []
+    kinds += [_DRIFT] if found.visits.time is None else []
     kinds += [] if np.any(found.visits.approach) else [_SIDE]
     kinds += [_ORIENTATION] if found.visits.rotation is None else []
     rows = [(what, in_words(instead), why) for what, why, instead in kinds]
-    return table("refused", "Not estimated", ("measure instead",), rows)
+    return [table("refused", "Not estimated", ("measure instead",), rows)] if rows else []
 
 
 def _next(found: CalibrationAnswer) -> Section:

@@ -106,6 +106,25 @@ def not_unit(file: str, quaternions: Floats, lines: Sequence[int]) -> list[Probl
     ]
 
 
+def equal_rows(file: str, q: Floats, measured: Sequence[Floats]) -> list[Problem]:
+    """Return joint values (visit, joint) and measurements (visit, 3) that are one in every row."""
+    named = [("joint values", q), *(("measurement", each) for each in measured)]
+    return [
+        Problem(file, "", f"the same {what} in every row", "different poses, one per row")
+        for what, array in named
+        if len(q) >= FEWEST and not np.ptp(array, axis=0).any()
+    ]
+
+
+def negative(file: str, values: Mapping[str, Floats], lines: Sequence[int]) -> list[Problem]:
+    """Return payloads below zero."""
+    payload = values.get("payload", np.zeros(0))
+    return [
+        Problem(file, f"line {lines[row]}, payload", f"{payload[row]:g} kg", "0 kg or more", "2")
+        for row in np.flatnonzero(payload < 0)[:MOST_MISTAKES]
+    ]
+
+
 def mistakes_in_targets(
     file: str, readings: Readings | None, lines: Sequence[int]
 ) -> list[Problem]:

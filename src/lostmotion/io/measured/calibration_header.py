@@ -43,7 +43,7 @@ _SHIFT: Final = Quantity("m", "0.1 mm", above=0, high=10)
 _SIZES: Final = {
     field.name: _SHIFT if "shift" in field.name else _TURN
     for field in fields(Deviations)
-    if field.name != "orders"
+    if field.name not in {"orders", "compliance"}
 }
 _ALONE: Final = {
     "noise": Quantity("m", "20 µm", low=1e-9, high=1),
@@ -59,8 +59,9 @@ _SAME: Final = {"payload": 0.05, "temperature": 3.0}
 class StatedInFile:
     """What the comments of a file state; None where they do not.
 
-    noise  standard deviation of a coordinate, m
-    sizes  deviations of errors that the arm's file does not state, rad and m
+    noise    standard deviation of a coordinate, m
+    payload  mass at the tool, kg
+    sizes    deviations of errors that the arm's file does not state, rad and m
     """
 
     instrument: str | None = None
@@ -68,6 +69,7 @@ class StatedInFile:
     sizes: Deviations | None = None
     remarks: tuple[str, ...] = ()
     camera: Camera | None = None
+    payload: float | None = None
 
 
 def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Problem]]:
@@ -113,6 +115,7 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
             replace(Deviations(), **sizes) if sizes else None,
             tuple(_compared(found, arm)),
             _camera(found),
+            found.get("payload"),
         ),
         mistakes,
     )

@@ -372,7 +372,8 @@ def _row_mistakes(
     for role, column in columns.items():
         if role in empty or column.factor is None:
             continue
-        factor = 0.0 if role in layout.counts else column.factor
+        free = role in layout.counts or layout.units[role][0] == "s"  # no length and no angle
+        factor = 0.0 if free else column.factor
         if wrong := _number_mistake(cells[role], factor):
             heading = cut(header[column.index], LONGEST)
             out.append(Problem(file, f"line {line}, {heading}", *wrong, "12.5"))
