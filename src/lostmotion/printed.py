@@ -172,3 +172,11 @@ def estimate_text(value: float, low: float, high: float, unit: str) -> str:
     ends = between(low * by, high * by, last)
     text = f"{written(value * by, last)}{'' if shown == '1' else f' {shown}'}"
     return f"{text} ({ends})" if ends else text
+
+
+def round_number(value: float) -> float:
+    """Return the nearest of 1, 2 and 5 times a power of ten, by ratio, to a number above zero."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return min(
+        (step * power for step in (1, 2, 5, 10)), key=lambda step: abs(math.log(step / value))
+    )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion.analyses.sizing.sizing import rms_error
-from lostmotion.analyses.workspace_map.radial import full_turn_axis
+from lostmotion.maps.radial import full_turn_axis
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import static_loads
 from lostmotion.mechanism.load_causes import bending

@@ -138,8 +138,8 @@ def test_all_mistakes_in_quantities_are_reported_at_once():
 
 def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
     """The study receives SI, however a quantity was stated."""
-    from lostmotion.analyses.workspace_map import map as room
     from lostmotion.analyses.workspace_map import result
+    from lostmotion.maps import accuracy_map as room
 
     seen = []
     monkeypatch.setattr(

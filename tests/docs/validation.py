@@ -37,6 +37,7 @@ SECTIONS = {
     "calibration": "Calibration",
     "sizing": "Sizes of parts",
     "standards": "Standards",
+    "maps": "Accuracy maps",
     "analyses": "Analyses",
     "runs": "Big runs",
     "controller_model": "The model in a controller",

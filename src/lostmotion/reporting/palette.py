@@ -83,14 +83,6 @@ def round_below(most: float) -> float:
     return max(step * power for step in (1, 2, 5) if step * power <= most)
 
 
-def round_number(value: float) -> float:
-    """Return the nearest of 1, 2 and 5 times a power of ten, by ratio, to a number above zero."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return min(
-        (step * power for step in (1, 2, 5, 10)), key=lambda step: abs(math.log(step / value))
-    )
-
-
 def class_limits(low: float, high: float) -> list[float]:
     """Return the six limits between seven classes of values from `low` to `high`, in steps of 1, 2
     or 5 times a power of ten.

@@ -1,1 +1,1 @@
-"""Sizes of an arm's parts: lightest sections of links, and the cheapest parts for a target."""
+"""Sizes of an arm's parts: lightest sections, cheapest parts, and allowances for a target."""

@@ -15,7 +15,7 @@ import lostmotion
 from lostmotion.analyses.accuracy.plots.study import plots as arm_plots
 from lostmotion.analyses.accuracy.tables.study import sections
 from lostmotion.analyses.statics.page import statics_sheet
-from lostmotion.analyses.statics.plots import statics_plots
+from lostmotion.analyses.statics.page.plots import statics_plots
 from lostmotion.analyses.statics.survey import Survey
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import searchable_figures

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.targets.plots import plots
-from lostmotion.analyses.targets.tables import in_unit, ordered, size_at
+from lostmotion.analyses.targets.page.items import in_unit, ordered, size_at
+from lostmotion.analyses.targets.page.plots import plots
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.items import Item, StatedSize
 from lostmotion.error_model.pose_selection import poses_in_zone

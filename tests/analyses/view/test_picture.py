@@ -25,7 +25,7 @@ from lostmotion.analyses.view.session import LiveArm
 from lostmotion.error_model.budget import Cost
 from lostmotion.io.pose_and_zone_text import read_pose
 from lostmotion.mechanism.state import state_of, tool_points
-from lostmotion.reporting.palette import round_number
+from lostmotion.printed import round_number
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

@@ -15,10 +15,10 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion import Arm
-from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
-from lostmotion.analyses.workspace_map.placement_tables import percentile_label
-from lostmotion.analyses.workspace_map.plots import map_plots
-from lostmotion.analyses.workspace_map.radial import full_turn_axis, radial_section
+from lostmotion.analyses.workspace_map.page.labels import percentile_label
+from lostmotion.analyses.workspace_map.page.plots import map_plots
+from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.maps.radial import full_turn_axis, radial_section
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
@@ -310,7 +310,7 @@ def uncertain(monkeypatch, where):
             quantiles_uncertainty=np.where(off, 0.2 * found.quantiles, found.quantiles_uncertainty),
         )
 
-    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", unsure)
+    monkeypatch.setattr("lostmotion.maps.cell_statistics.analytic", unsure)
 
 
 def slid(**asked):

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.result import Result
-from lostmotion.analyses.targets.solver import Allocation, Allowance, Kind, Solver
 from lostmotion.error_model.allocation import (
     moving,
 )
@@ -27,6 +26,7 @@ from lostmotion.propagation.production_yield import (
     MOST_ROBOTS,
     Yield,
 )
+from lostmotion.sizing.allowances import Allocation, Allowance, Kind, Solver
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,7 @@ from lostmotion.analyses.view import panel
 from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
 from lostmotion.analyses.view.guard import is_number
 from lostmotion.error_model.provenance import states
-from lostmotion.reporting.palette import round_number
+from lostmotion.printed import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 import numpy as np
 
 from lostmotion.mechanism.state import state_of
-from lostmotion.reporting.palette import CLASSES, DARK, class_limits, round_number
+from lostmotion.printed import round_number
+from lostmotion.reporting.palette import CLASSES, DARK, class_limits
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.io.urdf import urdf_text
-from lostmotion.reporting.palette import round_number
+from lostmotion.printed import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -130,10 +130,11 @@ def map(  # noqa: A001 - the name on both sides
     asked = read_arguments(map, locals())
     import numpy as np
 
-    from lostmotion.analyses.workspace_map.map import MapRequest, map_workspace
     from lostmotion.analyses.workspace_map.result import AccuracyMap
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.error_model.trust import refuse_untrusted
+    from lostmotion.maps.accuracy_map import map_workspace
+    from lostmotion.maps.request import MapRequest
     from lostmotion.mechanism.even_poses import even_poses
     from lostmotion.propagation.first_order import refuse_large_errors
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.analyses.result import Result, netcdf
-from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, MEAN, QUANTILE
-from lostmotion.analyses.workspace_map.map import WorkspaceMap
 from lostmotion.error_model.provenance import States, states
+from lostmotion.maps.accuracy_map import WorkspaceMap
+from lostmotion.maps.cell_statistics import CONFIGURATIONS, MEAN, QUANTILE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -114,14 +114,14 @@ class AccuracyMap(WorkspaceMap, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.workspace_map.plots import map_plots
+        from lostmotion.analyses.workspace_map.page.plots import map_plots
 
         return map_plots(self, self.at)
 
     @property
     def failure(self) -> str:
         """Return that no placement of the box is within reach, where that is so; else nothing."""
-        from lostmotion.analyses.workspace_map.placement_tables import no_placement_sentence
+        from lostmotion.analyses.workspace_map.page.placements import no_placement_sentence
 
         return (
             no_placement_sentence(self.placements)

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.mechanism.state import state_of
+from lostmotion.printed import round_number
 from lostmotion.reporting.chart import class_names
 from lostmotion.reporting.page.text import escaped, spaced
-from lostmotion.reporting.palette import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,21 +12,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import (
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.share_intervals import share_interval
+from lostmotion.maps.cell_statistics import (
     CONFIGURATIONS,
     Configuration,
     bounds_by_cell,
     cell_figures,
     errors,
 )
-from lostmotion.analyses.workspace_map.cells import dilated
-from lostmotion.analyses.workspace_map.configurations import configurations_at, solve_positions
-from lostmotion.error_model.intervals import Estimate
-from lostmotion.error_model.share_intervals import share_interval
+from lostmotion.maps.cells import dilated
+from lostmotion.maps.configurations import configurations_at, solve_positions
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.workspace_map.cells import CellPoses
-    from lostmotion.analyses.workspace_map.reach import Progress
+    from lostmotion.maps.cells import CellPoses
+    from lostmotion.maps.reach import Progress
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

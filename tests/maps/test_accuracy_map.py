@@ -11,17 +11,18 @@ from scipy.special import ndtr
 from scipy.stats import truncnorm
 
 from lostmotion import Arm, InputError
-from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
-from lostmotion.analyses.workspace_map.cells import grid_around, interior
-from lostmotion.analyses.workspace_map.map import MapRequest, map_workspace
-from lostmotion.analyses.workspace_map.placement import (
+from lostmotion.maps.accuracy_map import map_workspace
+from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.maps.cells import grid_around, interior
+from lostmotion.maps.placement import (
     YAWS,
     best_placements,
     clear_cells,
     footprint,
     placement_scores,
 )
-from lostmotion.analyses.workspace_map.reach import reachable_cells
+from lostmotion.maps.reach import reachable_cells
+from lostmotion.maps.request import MapRequest
 from lostmotion.parts.frame import Frame
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import by_rays
@@ -417,7 +418,7 @@ def test_no_footprint_is_larger_than_the_grid(plane, monkeypatch, size):
         assert max(size) <= grid.edge * math.hypot(*grid.shape) * (1 + 1e-9)
         return footprint(size, yaw, edge)
 
-    monkeypatch.setattr("lostmotion.analyses.workspace_map.placement.footprint", small)
+    monkeypatch.setattr("lostmotion.maps.placement.footprint", small)
     found = best_placements(planar(), plane.reached, plane.selected, size)
     assert bool(found.best) == (max(size) < 1)
     assert found.tried > 0 or not found.best
@@ -429,7 +430,7 @@ def test_cells_that_spread_beyond_the_sampled_ones_are_counted(monkeypatch):
     """Few sampled poses lead to many cells, which are refused too where their poses would be too
     many.
     """
-    monkeypatch.setattr("lostmotion.analyses.workspace_map.reach.MOST_POSES", 1000)
+    monkeypatch.setattr("lostmotion.maps.reach.MOST_POSES", 1000)
     with pytest.raises(InputError, match="at most 1000 poses"):
         reachable_cells(planar(), 16, 0.05, 4, 1)
 
@@ -504,7 +505,7 @@ def test_poses_without_a_valid_figure_are_omitted_where_a_cell_has_others(monkey
         off = np.where(poses.q[:, 1:] > 0, 0.2 * found.quantiles, found.quantiles_uncertainty)
         return dataclasses.replace(found, quantiles_uncertainty=off)
 
-    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", unsure)
+    monkeypatch.setattr("lostmotion.maps.cell_statistics.analytic", unsure)
     found = map_workspace(arm, MapRequest(cell=0.1, by="worst", poses=1024, per_cell=3))
     reached, errors = found.reached, found.evaluated.errors
     lost = reached.q[:, 1] > 0

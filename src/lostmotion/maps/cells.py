@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.reporting.palette import round_number
+from lostmotion.printed import round_number
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats

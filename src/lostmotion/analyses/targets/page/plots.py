@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.targets.tables import ordered
-from lostmotion.analyses.targets.yields import criterion_label
+from lostmotion.analyses.targets.page.items import ordered
+from lostmotion.analyses.targets.page.yields import criterion_label
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import grid, label_axes, legend, named_rows, one
 from lostmotion.reporting.palette import LIGHT
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.targets.solver import Allowance
     from lostmotion.analyses.targets.targets import Target
+    from lostmotion.sizing.allowances import Allowance
     from lostmotion.spatial import Floats
 
 _MOST_BARS: Final = 40

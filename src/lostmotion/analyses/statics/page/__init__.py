@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.result import Result
-from lostmotion.analyses.statics.compliance_tables import (
+from lostmotion.analyses.statics.page.compliance import (
     compliance_cards,
     compliance_facts,
     compliance_notes,
@@ -17,7 +17,7 @@ from lostmotion.analyses.statics.compliance_tables import (
     compliance_sentences,
     pose_name,
 )
-from lostmotion.analyses.statics.payload_tables import (
+from lostmotion.analyses.statics.page.payload import (
     payload_cards,
     payload_facts,
     payload_section,
@@ -102,7 +102,7 @@ class Statics(Survey, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.statics.plots import statics_plots
+        from lostmotion.analyses.statics.page.plots import statics_plots
 
         return statics_plots(self, self.payload)
 

@@ -14,7 +14,7 @@ from lostmotion.mechanism.state import tool_points
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from lostmotion.analyses.workspace_map.cells import CellPoses
+    from lostmotion.maps.cells import CellPoses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

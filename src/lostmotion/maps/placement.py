@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.configurations import solve_positions
 from lostmotion.errors import refuse_argument
+from lostmotion.maps.configurations import solve_positions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.workspace_map.cells import CellPoses, Grid
+    from lostmotion.maps.cells import CellPoses, Grid
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

@@ -9,12 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
-from lostmotion.analyses.workspace_map.placement_tables import (
-    configuration_label,
-    percentile_label,
-)
-from lostmotion.analyses.workspace_map.radial import radial_section
+from lostmotion.analyses.workspace_map.page.labels import configuration_label, percentile_label
+from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.maps.radial import radial_section
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
@@ -40,8 +37,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.workspace_map.map import WorkspaceMap
-    from lostmotion.analyses.workspace_map.placement import Placement
+    from lostmotion.maps.accuracy_map import WorkspaceMap
+    from lostmotion.maps.placement import Placement
     from lostmotion.spatial import Floats
 
 _PARTS_SHOWN: Final = 12

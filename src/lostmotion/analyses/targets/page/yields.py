@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from typing import Any
 
-    from lostmotion.analyses.targets.solver import Allocation
     from lostmotion.analyses.targets.targets import Target
     from lostmotion.propagation.production_yield import Criterion, Yield
     from lostmotion.reporting.sheet import Section
+    from lostmotion.sizing.allowances import Allocation
 
 # What a robot is criterion by, as row labels.
 CRITERION_LABELS: Final[dict[Criterion, str]] = {

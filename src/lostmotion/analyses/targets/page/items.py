@@ -19,10 +19,10 @@ from lostmotion.reporting.sheet import Cell, Row, cell, length, several, table
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lostmotion.analyses.targets.solver import Allocation, Allowance
     from lostmotion.analyses.targets.targets import Target
     from lostmotion.error_model.items import Item, StatedSize
     from lostmotion.reporting.sheet import Section
+    from lostmotion.sizing.allowances import Allocation, Allowance
 
 # An item whose removal changes the figure by less is only counted.
 _SMALLEST_CHANGE: Final = 0.002

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from lostmotion.analyses.workspace_map.cell_statistics import (
+from lostmotion.error_model.poses import Poses
+from lostmotion.maps.accuracy_map import map_workspace
+from lostmotion.maps.cell_statistics import (
     CONFIGURATIONS,
     MEAN,
     QUANTILE,
@@ -17,10 +19,9 @@ from lostmotion.analyses.workspace_map.cell_statistics import (
     cell_figures,
     errors,
 )
-from lostmotion.analyses.workspace_map.map import MapRequest, map_workspace
-from lostmotion.error_model.poses import Poses
+from lostmotion.maps.request import MapRequest
 from lostmotion.propagation.analytic import analytic
-from tests.analyses.workspace_map.test_map_reach import FORE, HEIGHT, UPPER, configurations, turret
+from tests.maps.test_map_reach import FORE, HEIGHT, UPPER, configurations, turret
 
 PARTS = {
     "S": {"encoder": {"zero": "0.4 mrad"}},
@@ -116,7 +117,7 @@ def test_uncertain_figures_widen_the_interval(monkeypatch, coarse):
             found, quantiles=1.2 * found.quantiles, quantiles_uncertainty=0.2 * found.quantiles
         )
 
-    monkeypatch.setattr("lostmotion.analyses.workspace_map.cell_statistics.analytic", unsure)
+    monkeypatch.setattr("lostmotion.maps.cell_statistics.analytic", unsure)
     raised = map_workspace(turret(**PARTS), MapRequest(cell=EDGE, poses=8000, target=target))
     assert not raised.evaluated.errors.valid.any()
     share, plain = (

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cells import CellPoses, dilated, grid_around, mostly_enclosed
-from lostmotion.analyses.workspace_map.configurations import (
+from lostmotion.error_model.trust import trusted
+from lostmotion.errors import refuse_argument
+from lostmotion.maps.cells import CellPoses, dilated, grid_around, mostly_enclosed
+from lostmotion.maps.configurations import (
     STARTS,
     TOLERANCE,
     batches,
@@ -23,8 +25,6 @@ from lostmotion.analyses.workspace_map.configurations import (
     newton_to,
     spread_starts,
 )
-from lostmotion.error_model.trust import trusted
-from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.inverse import stepped_towards
 from lostmotion.mechanism.state import tool_points
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.targets.plots import plots
-from lostmotion.analyses.targets.tables import (
+from lostmotion.analyses.targets.page.items import (
     item_sections,
     ordered,
     size_at,
@@ -17,7 +16,8 @@ from lostmotion.analyses.targets.tables import (
     times,
     verification_samples,
 )
-from lostmotion.analyses.targets.yields import (
+from lostmotion.analyses.targets.page.plots import plots
+from lostmotion.analyses.targets.page.yields import (
     allocated,
     allocated_section,
     yield_facts,
@@ -40,9 +40,9 @@ from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, cell, length,
 if TYPE_CHECKING:
     from typing import Any
 
-    from lostmotion.analyses.targets.solver import Allocation, Allowance
     from lostmotion.analyses.targets.targets import Target
     from lostmotion.error_model.provenance import States
+    from lostmotion.sizing.allowances import Allocation, Allowance
 
 __all__ = ["plots", "sheet"]
 _WORDS: Final = (

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
-from lostmotion.analyses.workspace_map.reach import reachable_cells
 from lostmotion.error_model.trust import trusted
+from lostmotion.maps.reach import reachable_cells
 from lostmotion.mechanism.assembly import assembled
 from tests.mechanism.closed_chains import five_bar
 
 EDGE = 0.02
-FIVE_BAR = Path(__file__).parents[3] / "examples" / "closed-chains" / "five-bar.toml"
+FIVE_BAR = Path(__file__).parents[2] / "examples" / "closed-chains" / "five-bar.toml"
 
 
 def test_the_cells_of_a_five_bar_are_reached_as_two_circles_have_it():

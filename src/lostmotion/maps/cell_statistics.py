@@ -15,7 +15,7 @@ from lostmotion.error_model.trust import trusted
 from lostmotion.propagation.analytic import analytic
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.workspace_map.reach import Progress
+    from lostmotion.maps.reach import Progress
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

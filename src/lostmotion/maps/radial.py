@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
+from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
 from lostmotion.mechanism.vertical_axis import vertical_axis
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.workspace_map.map import WorkspaceMap
+    from lostmotion.maps.accuracy_map import WorkspaceMap
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from lostmotion import Arm
-from lostmotion.analyses.workspace_map.configurations import distinct_configurations
-from lostmotion.analyses.workspace_map.placement import fully_reachable_cells
-from lostmotion.analyses.workspace_map.reach import reachable_cells
+from lostmotion.maps.configurations import distinct_configurations
+from lostmotion.maps.placement import fully_reachable_cells
+from lostmotion.maps.reach import reachable_cells
 
 HEIGHT, UPPER, FORE = 0.2, 0.3, 0.2
 LIMITS = np.radians([[-100, 140], [-30, 100], [-140, 140]])
@@ -86,7 +86,7 @@ def test_no_middle_or_corner_in_reach_is_missed(reached, monkeypatch):
     assert np.array_equal(
         reached.centre.ravel(), [bool(configurations(middle)) for middle in middles]
     )
-    from lostmotion.analyses.workspace_map import placement
+    from lostmotion.maps import placement
 
     calls = []
     plain = placement.solve_positions

@@ -1,0 +1,264 @@
+"""Sheet of an accuracy map."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.analyses.workspace_map.page.labels import (
+    configuration_label,
+    configurations_label,
+    edge_label,
+    figure_over_cells,
+    level_label,
+    percentile_label,
+    placement_label,
+    share_within,
+)
+from lostmotion.analyses.workspace_map.page.placements import (
+    placement_facts,
+    placement_section,
+    placement_sentence,
+)
+from lostmotion.analyses.workspace_map.page.tables import (
+    budget_section,
+    map_section,
+    reach_section,
+    within_section,
+)
+from lostmotion.error_model.provenance import states
+from lostmotion.error_model.trust import trust_remarks
+from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.provenance import (
+    at_least,
+    caveats,
+    share_within_bounded,
+)
+from lostmotion.reporting.sheet import Card, Cell, Sheet, length, several
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.error_model.provenance import States
+    from lostmotion.maps.accuracy_map import WorkspaceMap
+    from lostmotion.spatial import Floats
+
+
+_WORDS: Final = (
+    (
+        "cell",
+        (
+            "a cube of the grid, with the error at its centre; where the centre is out of reach, "
+            "at the points reached."
+        ),
+    ),
+    (
+        "best, mean, worst",
+        (
+            "over the arm configurations in a cell. Best and worst are one-sided bounds that "
+            "change with more configurations; the mean does not."
+        ),
+    ),
+    (
+        "position error",
+        (
+            "distance between commanded and attained position of the tool point, over all robots "
+            "and visits."
+        ),
+    ),
+    (
+        "configuration",
+        (
+            "joint values with the tool point there, in any orientation of the tool. Obstacles, "
+            "floor and self-collision are not checked."
+        ),
+    ),
+    (
+        "validation points",
+        "a lattice over the box, corners included, with other poses than those of the map.",
+    ),
+    (
+        "share",
+        (
+            "of the mean-square error over the poses on which the zone's figures are based, exact "
+            "sums over terms. Shares add to 100 %."
+        ),
+    ),
+)
+
+
+def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
+    """Return the sheet of an accuracy map, with slices through the point `at` (3,), m."""
+    known = with_limits(states(found.arm), found.arm, found.reached.q)
+    sections = (
+        map_section(found),
+        within_section(found),
+        placement_section(found),
+        budget_section(found),
+        reach_section(found),
+    )
+    return with_arm(
+        Sheet(
+            subject="accuracy map",
+            verdict=_verdict(found, known),
+            cards=tuple(_cards(found, known)),
+            sections=tuple(section for section in sections if section is not None),
+            counts=(
+                f"{several(int(np.isfinite(found.selected).sum()), 'cell')} of "
+                f"{edge_label(found)}, {configurations_label(found)}"
+            ),
+            notes=(*_remarks(found), *_point_off_map(found, at)),
+            words=_WORDS,
+            source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} "
+            f"evaluated, seed {found.seed}. "
+            "The same file, version, seed and options give the same bytes.",
+            arrays="the map, cell by cell",
+            seed=found.seed,
+            facts=_facts(found),
+        ),
+        found.arm,
+        known,
+        sections=("map", "within", "places"),
+    )
+
+
+def _verdict(found: WorkspaceMap, known: States) -> str:
+    least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
+    text = f"{level_label(found)} of positions ({configuration_label(found)}) are within "
+    if str(least) == str(most):
+        text += f"{at_least(least, known)} in every cell."
+    else:
+        text += (
+            f"{at_least(middle, known)} in the median cell, {least} in the most accurate and "
+            f"{most} in the least accurate one."
+        )
+    if found.within_target is not None:
+        text += f" {_share_sentence(found, found.within_target.target, known)}"
+    if found.placements is not None:
+        text += " " + placement_sentence(found.placements, found, known)
+    return " ".join([text, *caveats(known)])
+
+
+def _over_shown(found: WorkspaceMap, what: Callable[[Floats], float]) -> Cell:
+    return figure_over_cells(found, QUANTILE, CONFIGURATIONS.index(found.by), what)
+
+
+def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
+    share, _ = share_within(found, target)
+    text = share_within_bounded(
+        f"{100 * share.value:.3g} % ({100 * share.low:.3g} … {100 * share.high:.3g}) "
+        "of the workspace",
+        known,
+    )
+    return f"{text[0].upper()}{text[1:]} is within {length(target, stated=True)}."
+
+
+def _cards(found: WorkspaceMap, known: States) -> list[Card]:
+    least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
+    out = [
+        Card(
+            f"{percentile_label(found)}, median cell",
+            str(middle),
+            configuration_label(found),
+            limited_as="error",
+        ),
+        Card(
+            "most accurate cell",
+            str(least),
+            f"least accurate {at_least(most, known)}",
+            limited_as="error",
+        ),
+    ]
+    if found.within_target is not None:
+        share, _ = share_within(found, found.within_target.target)
+        out.append(
+            Card(
+                f"within {length(found.within_target.target, stated=True)}",
+                share_within_bounded(f"{100 * share.value:.3g} %", known),
+                f"of the workspace, {100 * share.low:.3g} … {100 * share.high:.3g} %",
+            )
+        )
+    if found.placements is not None and found.placements.best:
+        box = found.placements.best[0]
+        out.append(
+            Card(
+                "best placement",
+                str(length(box.validated_worst)),
+                f"{placement_label(box)}; worst validation point",
+                limited_as="error",
+            )
+        )
+    return out
+
+
+def _remarks(found: WorkspaceMap) -> list[str]:
+    out = ["any orientation of the tool; obstacles, floor and self-collision are not checked"]
+    out += trust_remarks(found.arm)
+    if found.uncertain.any():
+        cells = several(int(found.uncertain.sum()), "cell")
+        out.append(
+            f"{cells} without a valid figure: a few two-valued errors dominate. Monte Carlo "
+            "(lostmotion study) shows the distribution there"
+        )
+    for box in () if found.placements is None else found.placements.best:
+        if box.validation_reached < box.validation_points:
+            missed = box.validation_points - box.validation_reached
+            out.append(
+                f"placement at {placement_label(box)}: {missed} of {box.validation_points} "
+                "validation points were not reached"
+            )
+    return out
+
+
+def _point_off_map(found: WorkspaceMap, at: Floats | None) -> list[str]:
+    """Return a note where the slices were requested through a point that no pose reaches."""
+    if at is None:
+        return []
+    grid = found.reached.grid
+    number = int(
+        grid.cell_numbers(np.where(grid.flat, np.nan_to_num(np.array(grid.plane)), at)[None])[0]
+    )
+    on_plane = bool(
+        np.allclose(at[grid.flat], np.array(grid.plane)[grid.flat], rtol=0, atol=grid.edge / 2)
+    )
+    point = (
+        ", ".join(f"{axis} {value * 1e3:.6g}" for axis, value in zip("xyz", at, strict=True))
+        + " mm"
+    )
+    if number >= 0 and on_plane and found.reached.counts.flat[number]:
+        return []
+    if number >= 0 and on_plane:
+        return [f"no pose found in the cell of the point {point} of the slices"]
+    high = grid.low + grid.edge * np.array(grid.shape)
+    extent = (
+        ", ".join(
+            f"{axis} {a * 1e3:.4g} … {b * 1e3:.4g}"
+            for axis, a, b in zip("xyz", grid.low, high, strict=True)
+        )
+        + " mm"
+    )
+    return [f"the point {point} is outside the map ({extent}): the slices show the nearest cells"]
+
+
+def _facts(found: WorkspaceMap) -> dict[str, Any]:
+    grid = found.reached.grid
+    facts: dict[str, Any] = {
+        "by": found.by,
+        "level": found.level,
+        "seed": found.seed,
+        "cell_m": grid.edge,
+        "cells": int(np.isfinite(found.selected).sum()),
+        "low_m": grid.low.tolist(),
+        "shape": list(grid.shape),
+        "poses": {
+            "sampled": found.reached.sampled,
+            "looked_at": len(found.reached.q),
+            "per_cell_asked": found.per_cell,
+        },
+    }
+    if found.within_target is not None:
+        facts["target_m"] = found.within_target.target
+    return facts if found.placements is None else facts | placement_facts(found.placements)

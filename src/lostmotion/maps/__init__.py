@@ -1,0 +1,1 @@
+"""Accuracy maps: cells of the workspace, their configurations and errors, and best placements."""
