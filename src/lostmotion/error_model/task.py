@@ -14,7 +14,9 @@ from lostmotion.error_model.drawing_tolerances import TaskGeometryError, TaskPla
 from lostmotion.error_model.joint_path import joint_path
 from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
 from lostmotion.errors import InputError, Problem
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.warm_up import link_growth
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     )
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.state import State
+    from lostmotion.mechanism.warm_up import OwnHeat
     from lostmotion.spatial import Floats
 
 # Fewest joints for any orientation of the tool.
@@ -64,6 +67,7 @@ class Task:
     search     (4, 2) limits of a shift of the placement along x, y, z (m) and of its yaw (rad),
                within which the best one is to be found; None: it is fixed
     repeated   whether the task runs over and over: the last row comes before the first
+    heat       of the joints over the task, which links grow by; None: none stated
     required   share of robots and runs in which all tolerances must hold
     """
 
@@ -81,6 +85,7 @@ class Task:
     force: ForceAlong | None
     repeated: bool
     required: float
+    heat: OwnHeat | None = None
 
     @property
     def places(self) -> NDArray[np.int64]:
@@ -101,6 +106,8 @@ class Program:
     placement (4, 4) frame of the task in the base's frame, m
     force     (place, 3) process force along the axes of the tool, N; None without one
     varying   (place, 6) twist of the tool by one standard deviation of the force, rad and m
+    growth    (joint, place, 6) twist of the tool by the full temperature rise of each link, rad and
+              m; None without own heat
     """
 
     arm: Arm
@@ -114,6 +121,7 @@ class Program:
     placement: Floats
     force: Floats | None = None
     varying: Floats | None = None
+    growth: Floats | None = None
 
     @property
     def visited(self) -> Floats:
@@ -149,6 +157,23 @@ class Program:
             (rows, self._under(force, rows, approach))
             for force, rows in zip(forces, places, strict=True)
         ]
+
+    def grown(self, runs: int) -> Floats:
+        """Return the twist of the tool by the growth of each link at each place in each run (joint,
+        place, 6, run), rad and m; no joints without own heat.
+        """
+        heat = self.task.heat
+        if heat is None or self.growth is None:
+            return np.zeros((0, len(self.sides), 6, runs))
+        shares = heat.shares(heat.times(len(self.sides), runs))
+        return np.asarray(self.growth[..., None] * shares[:, :, None])
+
+    def warmed(self) -> Program:
+        """Return the program of an arm that is warm from the start."""
+        heat = self.task.heat
+        if heat is None:
+            return self
+        return replace(self, task=replace(self.task, heat=replace(heat, warm=True)))
 
     def with_payload(self, factor: float) -> Program:
         """Return the program with a payload of another mass by this factor."""
@@ -192,9 +217,17 @@ def program_of(arm: Arm, task: Task, shift: Floats | None = None) -> Program:
     at = TaskPlaces(frames, _along(frames[:, :3, 3], features), turned)
     force, varying = _forces(task, at, state)
     checks = _measures(task, features, at)
+    sided = (sides[places], since[places])
     return Program(
-        arm, task, q, at, features, sides[places], since[places], checks, placement, force, varying
+        arm, task, q, at, features, *sided, checks, placement, force, varying, _growth(task, state)
     )
+
+
+def _growth(task: Task, state: State) -> Floats | None:
+    heat = task.heat
+    if heat is None:
+        return None
+    return link_growth(standing(state), dict(zip(heat.joints, heat.rise.tolist(), strict=True)))
 
 
 def _forces(task: Task, at: TaskPlaces, state: State) -> tuple[Floats | None, Floats | None]:

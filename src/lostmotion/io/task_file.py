@@ -43,10 +43,11 @@ from lostmotion.io.toml import read_toml
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.tool_path import read_tool_path
 from lostmotion.io.validation_errors import problems
+from lostmotion.mechanism.warm_up import OwnHeat
 from lostmotion.spatial import pose_of
 
 if TYPE_CHECKING:
-    from lostmotion.io.task_tables import ForceTable, ToleranceTable
+    from lostmotion.io.task_tables import ForceTable, ToleranceTable, WarmUpTable
     from lostmotion.io.tool_path import PathRows
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -86,7 +87,7 @@ def read_task(by: Path | Mapping[str, Any], arm: Arm) -> Task:
         raise InputError([Problem(file, key, shown(named), expected, f'{key} = "path.csv"')])
     if stated.program is not None:
         return _of_program(stated, path, arm, file)
-    return _of_rows(stated, read_tool_path(path, arm), file)
+    return _of_rows(stated, read_tool_path(path, arm), arm, file)
 
 
 def _of_program(stated: TaskFile, path: Path, arm: Arm, file: str) -> Task:
@@ -103,6 +104,7 @@ def _of_program(stated: TaskFile, path: Path, arm: Arm, file: str) -> Task:
     return _task(
         stated,
         file,
+        arm,
         [],
         features,
         poses=poses,
@@ -175,6 +177,7 @@ def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
     return _task(
         stated,
         file,
+        arm,
         mistakes,
         features,
         poses=np.array(poses).reshape(-1, 4, 4),
@@ -187,7 +190,7 @@ def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
     )
 
 
-def _of_rows(stated: TaskFile, rows: PathRows, file: str) -> Task:
+def _of_rows(stated: TaskFile, rows: PathRows, arm: Arm, file: str) -> Task:
     """Return the task that visits the rows of a CSV in their order."""
     count = len(rows.where)
     mistakes: list[Problem] = []
@@ -225,6 +228,7 @@ def _of_rows(stated: TaskFile, rows: PathRows, file: str) -> Task:
     return _task(
         stated,
         file,
+        arm,
         mistakes,
         features,
         poses=poses,
@@ -240,18 +244,20 @@ def _of_rows(stated: TaskFile, rows: PathRows, file: str) -> Task:
 def _task(
     stated: TaskFile,
     file: str,
+    arm: Arm,
     mistakes: list[Problem],
     features: list[Feature],
     **rows: Any,  # noqa: ANN401 - fields of Task
 ) -> Task:
     """Return the task with its tolerances. Raises InputError with these mistakes, and those in the
-    tolerances.
+    tolerances and in the warm-up.
     """
     known = [each.name for each in features]
     tolerances = [
         _tolerance(each, f"tolerances[{k}]", file, known, features, mistakes)
         for k, each in enumerate(stated.tolerances)
     ]
+    heat = None if stated.warm_up is None else _heat(stated.warm_up, arm, file, mistakes)
     if mistakes:
         refuse_all(mistakes)
     search = stated.search
@@ -266,6 +272,7 @@ def _task(
         placement=np.eye(4) if stated.placement is None else np.array(stated.placement.pose),
         search=limits,
         repeated=stated.repeated,
+        heat=heat,
         required=round(stated.required, 12),
         **rows,
     )
@@ -339,3 +346,28 @@ def _force(stated: ForceTable | None, count: int) -> ForceAlong | None:
     return ForceAlong(
         np.tile(np.array(stated.vector), (count, 1)), np.full(count, stated.along), stated.scatter
     )
+
+
+def _heat(stated: WarmUpTable, arm: Arm, file: str, mistakes: list[Problem]) -> OwnHeat:
+    """Return the own heat of joints over the task; what is wrong with it is noted."""
+    expands = {joint.name: joint.link.expands for joint in arm.joints}
+    by_name = {each.joint: each for each in stated.joints}
+    for k, each in enumerate(stated.joints):
+        name, key = each.joint, f"warm_up.joints[{k}].joint"
+        if name not in expands:
+            expected, near = f"a joint, one of {listed(expands)}", nearest(name, expands)
+            mistakes.append(Problem(file, key, shown(name), expected, nearest=near))
+        elif not expands[name]:
+            found = f"'{name}', whose link has no length or no known expansion"
+            expected = "a link with a length and a material, or an expansion, in the arm's file"
+            mistakes.append(Problem(file, key, found, expected, "expansion = 23e-6"))
+        elif by_name[name] is not each:
+            mistakes.append(Problem(file, key, f"'{name}' twice", "every joint once"))
+    over = stated.duration if stated.over is None else stated.over
+    if over < stated.duration:
+        found = f"{over:g} s, shorter than the duration of a run, {stated.duration:g} s"
+        mistakes.append(Problem(file, "warm_up.over", found, "at least one run", 'over = "8 h"'))
+    warmed = [by_name[name] for name in expands if name in by_name]
+    rise, constant = np.array([(each.rise, each.time_constant) for each in warmed]).reshape(-1, 2).T
+    names = tuple(each.joint for each in warmed)
+    return OwnHeat(names, rise, constant, stated.duration, over, stated.start == "warm")

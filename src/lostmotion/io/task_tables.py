@@ -184,6 +184,27 @@ class ForceTable(TaskTable):
     scatter: Annotated[float, Quantity("", "10 %", low=0, high=1)] = 0.0
 
 
+class HeatTable(TaskTable):
+    """Temperature rise of a joint's link in the long run at the duty of the task, and the time
+    within which it reaches 63 % of it.
+    """
+
+    joint: Line
+    rise: Annotated[float, Quantity("K", "12 K", above=0, high=200)]
+    time_constant: Annotated[float, Quantity("s", "40 min", above=0, high=1e9)]
+
+
+class WarmUpTable(TaskTable):
+    """Own heat of joints over the task: how long a run takes, how long runs follow each other (one
+    run unless stated), and whether the arm is cold or warm when they begin.
+    """
+
+    duration: Annotated[float, Quantity("s", "20 min", above=0, high=1e9)]
+    over: Annotated[float, Quantity("s", "8 h", above=0, high=1e9)] | None = None
+    start: Literal["cold", "warm"] = "cold"
+    joints: Annotated[list[HeatTable], Field(min_length=1, max_length=_MOST_FEATURES)]
+
+
 class TaskFile(TaskTable):
     """The whole file."""
 
@@ -197,6 +218,7 @@ class TaskFile(TaskTable):
     placement: Frame | None = None
     search: SearchTable | None = None
     force: ForceTable | None = None
+    warm_up: WarmUpTable | None = None
     features: Annotated[
         list[
             Annotated[

@@ -1,9 +1,10 @@
-"""Drift of pose accuracy during warm-up (ISO 9283:1998, 7.6) by thermal expansion of the links.
+"""Drift of the tool while an arm warms up, by thermal expansion of its links: of pose accuracy (ISO
+9283:1998, 7.6), and over a task by the own heat of its joints.
 
-Assumed: all links share the temperature rise dT(t) = dT (1 - exp(-t / T)) and expand freely with
-one coefficient, in place of those of their materials; the error terms are those of a stated
-temperature. Neglected: the structure between base and first joint, drives, bearings, and
-compensation by the controller. The standard observes for eight hours, or until drift settles.
+Links rise by dT (1 - exp(-t / T)) and expand freely: for the standard all by one rise and one
+coefficient, over the eight hours for which it observes; for a task each by its own rise, time
+constant and material. Neglected: the structure between base and first joint, drives, bearings, and
+compensation by the controller.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism import load_feedback
 from lostmotion.mechanism.state import state_of
-from lostmotion.parts.environment import DRAWING, Environment
-from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.joint import Joint
+    from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
 
 # Thermal expansion of structural aluminium alloys (EN 1999-1-1, 3.2.5), 1/K.
@@ -41,6 +43,39 @@ class WarmUp:
 
 
 @dataclass(frozen=True)
+class OwnHeat:
+    """Temperature rise of links by the own heat of their joints at the duty of a task, above the
+    temperature of the arm.
+
+    joints         their names, in the order of the arm
+    rise           (joint,) K, in the long run
+    time_constant  (joint,) s
+    duration       of one run, s
+    over           time over which runs follow each other from the start on, s; at least one run
+    warm           whether the arm is warm at the start: its full rises, at all times
+    """
+
+    joints: tuple[str, ...]
+    rise: Floats
+    time_constant: Floats
+    duration: float
+    over: float
+    warm: bool = False
+
+    def shares(self, time: Floats) -> Floats:
+        """Return the share of the rise of each link (joint, ...) at these times (...), s."""
+        share = share_of_rise(np.asarray(time)[..., None], self.time_constant)
+        return np.moveaxis(np.ones_like(share) if self.warm else share, -1, 0)
+
+    def times(self, places: int, runs: int) -> Floats:
+        """Return when each run visits each place (place, run), s: places at equal intervals, and
+        runs in the middle of equal parts of the time over which they follow each other.
+        """
+        begins = (self.over - self.duration) * (np.arange(runs) + 0.5) / runs
+        return np.asarray(np.linspace(0.0, self.duration, places)[:, None] + begins)
+
+
+@dataclass(frozen=True)
 class Drift:
     """Drift at one pose during warm-up.
 
@@ -57,41 +92,49 @@ class Drift:
     largest: Floats
 
 
+def share_of_rise(time: Floats, time_constant: Floats | float) -> Floats:
+    """Return the share of its rise by which a body has warmed after a time, s, at constant heat:
+    1 - exp(-t / T), one heat capacity and one path of the heat.
+    """
+    return np.asarray(-np.expm1(-time / time_constant))
+
+
 def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
     """Return the displacement of the tool (3,), m, at one pose q (joint,) by the full temperature
     rise of all links, to first order.
     """
-    warm = _warmed(arm, warm_up)
-    state = state_of(warm, q)
-    conditions, shift = state.conditions(), np.zeros(3)
-    links = (placed for part in warm.parts if part.kind == "link" for placed in part.terms())
-    for placed in links:
-        if "temperature_rise" in placed.term.form.reads:
-            local = placed.term.scale * placed.term.form.screw(conditions(placed))
-            shift += state.tool_twists(np.array([placed.place]), local[:, None])[3:, 0, 0]
-    return shift
-
-
-def _warmed(arm: Arm, warm_up: WarmUp) -> Arm:
-    """Return the arm at its full temperature rise, all links with one expansion."""
-    joints = [
-        joint.model_copy(
-            update={"link": joint.link.model_copy(update={"expansion": warm_up.expansion})}
-            | _without_gearbox(joint)
-        )
+    link = {"expansion": warm_up.expansion}
+    joints = tuple(
+        joint.model_copy(update={"link": joint.link.model_copy(update=link)})
         for joint in arm.joints
-    ]
-    # Built without its checks: a temperature rise may be larger than any temperature at which an
-    # arm works.
-    environment = Environment.model_construct(temperature=Toleranced(DRAWING + warm_up.rise))
-    return arm.model_copy(update={"joints": tuple(joints), "environment": environment})
+    )
+    warm = arm.model_copy(update={"joints": joints})
+    rises = {joint.name: warm_up.rise for joint in joints if joint.link.expands}
+    return np.asarray(link_growth(state_of(warm, q), rises)[:, 0, 3:].sum(axis=0))
 
 
-def _without_gearbox(joint: Joint) -> dict[str, None]:
-    """Return the change that removes the gearbox of a joint, whose clearances at the full rise are
-    not needed.
+def link_growth(state: State, rises: Mapping[str, float]) -> Floats:
+    """Return rotation and displacement of the tool (link, pose, 6), rad and m, by the expansion of
+    the links of these joints, to first order; where a soft arm stands, with the loads that follow.
+
+    rises  temperature rise of each link by the name of its joint, K
+
+    Raises ValueError for a link without length or known expansion.
     """
-    return {} if joint.type == "fixed" else {"gearbox": None}
+    arm, place, local = state.arm, [], []
+    for joint, (_, _, tip) in zip(arm.joints, arm.tree.joints, strict=True):
+        if joint.name in rises:
+            if not joint.link.expands:
+                raise ValueError(f"the link of {joint.name} has no length or no known expansion")
+            place.append(tip)
+            local.append(joint.elastic_link.expansion[:, 0] * rises[joint.name])
+    at = np.array(place, dtype=int)
+    screws = np.repeat(np.reshape(local, (len(at), 6)).T[:, :, None], len(state), axis=2)
+    follow = state.equilibrium is not None and arm.soft_freedoms
+    moved = (
+        load_feedback.tool_twists(state, at, screws) if follow else state.tool_twists(at, screws)
+    )
+    return np.asarray(moved.transpose(1, 2, 0))
 
 
 def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:
@@ -99,7 +142,6 @@ def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:
     initial mean errors (robot, 3), m.
     """
     time = np.linspace(0.0, OBSERVATION, _READINGS)
-    share = -np.expm1(-time / warm_up.time_constant)
-    shift = share[:, None] * growth(arm, q, warm_up)
+    shift = share_of_rise(time, warm_up.time_constant)[:, None] * growth(arm, q, warm_up)
     accuracy = np.linalg.norm(barycentre + shift[:, None], axis=-1)
     return Drift(warm_up, time, shift, accuracy, np.abs(accuracy - accuracy[0]).max(axis=0))

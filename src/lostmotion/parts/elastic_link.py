@@ -95,7 +95,7 @@ class ElasticLink(ErrorSource):
         link, rise = self.link, motion.rise
         if rise is None or not link.expands:
             return []
-        per_kelvin, sized, out = self._expansion[:, 0], Parameter("thermal expansion"), []
+        per_kelvin, sized, out = self.expansion[:, 0], Parameter("thermal expansion"), []
         if rise.nominal:
             form = Linear(np.zeros((6, 6)), per_kelvin=per_kelvin)
             out.append(Term("thermal expansion", "thermal expansion", form, parameter=sized))
@@ -109,7 +109,7 @@ class ElasticLink(ErrorSource):
         if not self.link.bends_with_temperature:
             return []
         form, sized = (
-            Constant(self._expansion[:, 1]),
+            Constant(self.expansion[:, 1]),
             parameter("temperature difference", difference.nominal, "K"),
         )
         mean = Term("thermal bending", "thermal bending", form, difference.nominal, parameter=sized)
@@ -119,7 +119,10 @@ class ElasticLink(ErrorSource):
         ]
 
     @functools.cached_property
-    def _expansion(self) -> Floats:
+    def expansion(self) -> Floats:
+        """Return the twist of the tip (6, 2) in its axes per kelvin of temperature rise, and of
+        difference across the link, rad and m; NaN: not known.
+        """
         return np.asarray(np.kron(np.eye(2), self._to_tip) @ self.link.thermal_expansion)
 
     @functools.cached_property

@@ -4,7 +4,7 @@ removed or scaled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,7 +19,7 @@ from lostmotion.error_model.remedies import (
     remaining,
 )
 from lostmotion.errors import InputError
-from lostmotion.propagation.task_success import judged, share_of
+from lostmotion.propagation.task_success import PROCESS_FORCE, judged, own_heats, share_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -54,6 +54,8 @@ _NAMES: Final = {
 }
 _LOAD_ALONE: Final = frozenset({"load compensated", "both"})
 ALL_FROM_ONE_SIDE: Final = "arriving from one side"
+WARMED: Final = "warmed up before"
+TAUGHT_WARM: Final = "warmed up before, taught warm"
 
 
 @dataclass(frozen=True)
@@ -116,9 +118,11 @@ def remedies(
     """
     many, often = min(robots, _ROBOTS), min(runs, _RUNS)
 
-    def left(name: str, one: PoseMatrix, factors: Floats | None = None) -> Remedied:
+    def left(
+        name: str, one: PoseMatrix, factors: Floats | None = None, of: Program = program
+    ) -> Remedied:
         scaled = one if factors is None else one.scaled(factors)
-        found = judged(program, scaled, many, often, seed)
+        found = judged(of, scaled, many, often, seed)
         return Remedied(
             name, share_of(found.held), float(np.quantile(found.used[decisive], _LEVEL))
         )
@@ -134,8 +138,16 @@ def remedies(
     stages = [left(name, matrix, kept(stage)) for stage, name in _NAMES.items()]
     from_one = program.matrix(np.ones_like(program.sides))
     stages.append(left(ALL_FROM_ONE_SIDE, from_one))
+    if program.growth is not None:
+        stages.append(left(WARMED, matrix, of=program.warmed()))
+        stages.append(left(TAUGHT_WARM, matrix, of=replace(program, growth=None)))
     without = [
-        left(part, matrix, np.array([float(info.owner != part) for info in matrix.infos]))
+        left(
+            part,
+            matrix,
+            np.array([float(info.owner != part) for info in matrix.infos]),
+            _without(program, part),
+        )
         for part in parts[:_PARTS]
     ]
 
@@ -160,6 +172,18 @@ def remedies(
     return Remedies(
         left("as it is", matrix), tuple(stages), tuple(without), tuple(margins), many, often
     )
+
+
+def _without(program: Program, part: str) -> Program:
+    """Return the program without the scatter of its force or the own heat of a joint, where that is
+    the contributor.
+    """
+    if part == PROCESS_FORCE:
+        return replace(program, varying=None)
+    kept = np.array([name != part for name in own_heats(program)], dtype=float)
+    if program.growth is None or kept.all():
+        return program
+    return replace(program, growth=program.growth * kept[:, None, None])
 
 
 def _is_play(column: Column) -> bool:

@@ -6,11 +6,12 @@ Each robot is drawn once and carries out the task in every run.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from lostmotion.error_model.arrival import last_motion
+from lostmotion.error_model.budget import LABELS
 from lostmotion.error_model.draws import Stream, visit_draws
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.small_counts import clustered_share
@@ -18,16 +19,14 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.propagation.tool_errors import tool_errors
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
-    from lostmotion.error_model.columns import Column
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.task import Program
     from lostmotion.spatial import Floats
 
 PROCESS_FORCE: Final = "process force"
+_OWN_HEAT: Final = "own heat"
 _FORCE: Final = Stream("task.force", Normal())
 
 
@@ -54,7 +53,7 @@ class Judged:
 
 def judged(program: Program, matrix: PoseMatrix, robots: int, runs: int, seed: int) -> Judged:
     """Return how far these robots use the tolerances in these runs."""
-    count = len(matrix.tool)
+    count, grown = len(matrix.tool), program.grown(runs).sum(axis=0)[:, :, None]
     used = np.empty((len(program.measures), robots, runs))
     at = np.full((count, robots, runs), np.nan)
     misses = [np.zeros(len(each.outputs)) for each in program.measures]
@@ -66,7 +65,7 @@ def judged(program: Program, matrix: PoseMatrix, robots: int, runs: int, seed: i
             if program.varying is None
             else program.varying[:, :, None, None] * _force_draws(seed, here, runs)
         )
-        flat = (errors + varies).reshape(count, 6, -1)
+        flat = (errors + varies + grown).reshape(count, 6, -1)
         for k, each in enumerate(program.measures):
             whole, by = each.used(flat)
             used[k, here] = whole.reshape(shape)
@@ -98,16 +97,25 @@ def worst_output(found: Judged, k: int) -> int:
 
 
 def shares(
-    program: Program, matrix: PoseMatrix, operator: Floats, label: Callable[[Column], str]
+    program: Program,
+    matrix: PoseMatrix,
+    operator: Floats,
+    by: Literal["part", "cause"],
+    runs: int = 1,
 ) -> dict[str, float]:
     """Return the share of each label in the mean square of operator @ errors, the largest first;
     operator (c, place, 6). Exact sums over terms, without sampling; the shares add up to one.
+
+    by    "part" or "cause"
+    runs  number of runs, at whose times links have grown by own heat
 
     Plays that a load closes in some robots only count as if the same robots had them closed at all
     places.
     """
     by_place = np.einsum("cpi,pik->pck", operator, matrix.tool)
-    names = [label(column) for column in matrix.infos]
+    grown = np.einsum("cpi,jpir->jcr", operator, program.grown(runs))
+    still = np.zeros(grown.shape[1])
+    names = [LABELS[by](column) for column in matrix.infos]
     out = dict.fromkeys(names, 0.0)
     for key, members in matrix.groups.items():
         first = matrix.infos[members[0]]
@@ -118,18 +126,32 @@ def shares(
             drawn = _together(moved, program.since[:, first.of.joint])
         else:
             drawn = moved
+        whole = drawn.sum(axis=2)
+        if not first.draws:  # growth adds to what has no draw, before it is squared
+            still = whole[0]
+            whole = whole + grown.sum(axis=0).mean(axis=1)
         if key in matrix.mixtures:
             of_columns = np.einsum("pck,kl,pcl->k", drawn, matrix.mixtures[key].correlation, drawn)
         else:
-            of_columns = np.einsum("pck,pc->k", drawn, drawn.sum(axis=2))
+            of_columns = np.einsum("pck,pc->k", drawn, whole)
         for k, square in zip(members, of_columns, strict=True):
             out[names[k]] += float(square)
     if program.varying is not None:
         varies = np.tensordot(operator, program.varying, axes=2)
         out[PROCESS_FORCE] = float(varies @ varies)
+    at_runs = still[:, None] + grown.sum(axis=0)
+    for name, own in zip(own_heats(program), grown, strict=False):
+        label = _OWN_HEAT if by == "cause" else name
+        out[label] = out.get(label, 0.0) + float((own * at_runs).sum(axis=0).mean())
     total = sum(out.values())
     ordered = sorted(out.items(), key=lambda item: -abs(item[1]))
     return {name: square / total if total else 0.0 for name, square in ordered}
+
+
+def own_heats(program: Program) -> list[str]:
+    """Return the name of each joint's own heat as a contributor."""
+    heat = program.task.heat
+    return [] if heat is None else [f"{_OWN_HEAT} of {name}" for name in heat.joints]
 
 
 def _together(moved: Floats, since: NDArray[np.int64]) -> Floats:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.error_model.budget import LABELS
 from lostmotion.error_model.drawing_tolerances import measure
 from lostmotion.error_model.task import program_of
 from lostmotion.io.task_file import read_task
@@ -123,7 +122,7 @@ def test_contributors_are_those_of_the_samples(tmp_path):
     )
     matrix = program.matrix()
     operator = check.operator(2, len(q))
-    found = shares(program, matrix, operator, LABELS["part"])
+    found = shares(program, matrix, operator, "part")
     assert sum(found.values()) == pytest.approx(1.0)
 
     def components(one):

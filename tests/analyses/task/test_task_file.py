@@ -17,6 +17,8 @@ from tests.analyses.task.test_brute_force import ARM, inverse
 TASKS = Path(__file__).parents[3] / "examples" / "tasks"
 POINT = '[[features]]\nname = "hole"\nkind = "point"\nat = ["450 mm", "150 mm", "0 mm"]\n'
 HOLE = '[[tolerances]]\nsphere = "1 mm"\n'
+DUTY = '[warm_up]\nduration = "2 min"\n'
+HEAT = DUTY + '[[warm_up.joints]]\njoint = "A"\nrise = "9 K"\ntime_constant = "1 h"\n'
 
 
 @pytest.fixture
@@ -76,6 +78,19 @@ MISTAKES = {
         "",
         ["features[1]", "a line whose start is its end"],
     ),
+    "no time constant": (
+        POINT + HOLE + HEAT.replace('time_constant = "1 h"\n', ""),
+        "",
+        ["warm_up.joints[0].time_constant", "40 min"],
+    ),
+    "negative rise": (
+        POINT + HOLE + HEAT.replace("9 K", "-9 K"),
+        "",
+        ["task.toml:11: warm_up.joints[0].rise", "-9 K", "above zero"],
+    ),
+    "no joint warms": (POINT + HOLE + DUTY, "", ["warm_up.joints"]),
+    "unknown joint": (POINT + HOLE + HEAT.replace('"A"', '"AA"'), "", ["did you mean 'A'?"]),
+    "rigid in heat": (POINT + HOLE + HEAT, "", ["warm_up.joints[0].joint", "no known expansion"]),
     "neither": (HOLE, "", ["poses, program, features", "none of them"]),
     "wrong column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm],h [mm]\n1,2,3\n", ["column 3"]),
     "wrong unit": ('poses = "path.csv"\n' + HOLE, "x [deg],y [mm],z [mm]\n1,2,3\n", ["column 1"]),
@@ -214,7 +229,7 @@ def test_a_program_that_cannot_be_followed(write, line, words):
         "peg-in-hole",
         *(
             pytest.param(name, marks=pytest.mark.slow)
-            for name in ("hole-pattern", "seam", "circle", "pocket")
+            for name in ("hole-pattern", "seam", "circle", "pocket", "warm-up")
         ),
     ],
 )
@@ -230,6 +245,18 @@ def test_the_examples_answer(name):
     assert found.figures["success"] == found.success
     assert found.result()["figures"]["task"]["success"]["value"] == found.success.value
     assert found.plots[0].figure is not None
+
+
+def test_all_mistakes_in_a_warm_up_at_once(write):
+    """A joint twice, and runs that follow each other for less time than one takes."""
+    twice = HEAT.replace("[warm_up]", '[warm_up]\nover = "1 min"') + HEAT.removeprefix(DUTY)
+    arm = lostmotion.read(TASKS.parent / "six-axis.toml")
+    with pytest.raises(lostmotion.InputError) as caught:
+        read_task(write(POINT + HOLE + twice.replace('"A"', '"J2"')), arm)
+    assert {each.key for each in caught.value.problems} == {
+        "warm_up.joints[0].joint",
+        "warm_up.over",
+    }
 
 
 def test_a_task_that_fails_exits_with_one(write):

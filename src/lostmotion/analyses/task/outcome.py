@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.error_model.budget import LABELS
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.small_counts import clustered_share
 from lostmotion.error_model.task import Program, program_of
 from lostmotion.propagation import exact
+from lostmotion.propagation.task_drift import ToolDrift
 from lostmotion.propagation.task_placement import best_placement
 from lostmotion.propagation.task_remedies import remedies
 from lostmotion.propagation.task_success import (
@@ -75,6 +75,7 @@ class TaskOutcome:
     check       comparison with exact composition
     helps       what would help, and how much more the task would bear
     placed      how the placement was found; None where it is fixed
+    drift       of the tool by the own heat of joints; None where none is stated
     """
 
     program: Program
@@ -93,6 +94,7 @@ class TaskOutcome:
     check: ExactCheck
     helps: Remedies
     placed: FoundPlacement | None
+    drift: ToolDrift | None
 
     @property
     def arm(self) -> Arm:
@@ -195,7 +197,7 @@ class TaskOutcome:
         with np.errstate(invalid="ignore"):
             within = np.where(np.isnan(found.at), np.nan, found.at <= 1).mean(axis=(1, 2))
             quantiles = np.quantile(found.at.reshape(len(found.at), -1), LEVEL, axis=1)
-        parts = shares(program, matrix, operator, LABELS["part"])
+        parts = shares(program, matrix, operator, "part", runs)
         helps = remedies(program, matrix, decisive, list(parts), robots, runs, seed)
         return cls(
             program,
@@ -209,11 +211,12 @@ class TaskOutcome:
             np.asarray(quantiles, dtype=float),
             decisive,
             parts,
-            shares(program, matrix, operator, LABELS["cause"]),
+            shares(program, matrix, operator, "cause", runs),
             reversal(program, matrix),
             _check(program, seed, many, often),
             helps,
             placed,
+            ToolDrift.of(program, found),
         )
 
 

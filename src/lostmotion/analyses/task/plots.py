@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.task.drift import drift_plot
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import label_axes, legend, named_rows, one, ringed, swatch
 from lostmotion.reporting.palette import LIGHT
@@ -40,6 +41,16 @@ def task_plots(found: TaskOutcome) -> list[Plot]:
             "the tolerance that 95 % of robots and runs use.",
         )
     ]
+    if found.drift is not None:
+        out.append(
+            Plot(
+                "drift",
+                "drift",
+                drift_plot(found),
+                "Displacement of the tool over the time of the task at the place with the largest "
+                "one, and by the own heat of each joint.",
+            )
+        )
     if any(found.parts.values()):
         out.append(
             Plot(

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.task.drift import drift_section
+from lostmotion.analyses.task.help_tables import help_sections
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import in_error, with_limits
 from lostmotion.mechanism.placed_terms import short_name
@@ -30,13 +32,10 @@ from lostmotion.reporting.sheet import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from lostmotion.analyses.task.outcome import TaskOutcome, ToleranceOutcome
     from lostmotion.error_model.drawing_tolerances import DrawingTolerance
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.provenance import States
-    from lostmotion.propagation.task_remedies import Margin, Remedied
     from lostmotion.reporting.sheet import Section
 
 _PARTS: Final = 12
@@ -87,7 +86,8 @@ def task_sheet(found: TaskOutcome) -> Sheet:
             _features(found, counted),
             _shares("parts", "Contributors to the decisive tolerance", found, found.parts),
             _shares("causes", "Kinds of error in the decisive tolerance", found, found.causes),
-            *_helps(found),
+            *drift_section(found),
+            *help_sections(found),
             _places(found, counted),
             _sides(found),
         ),
@@ -279,55 +279,6 @@ def _shares(key: str, title: str, found: TaskOutcome, shares: dict[str, float]) 
         [(short_name(name), Cell(value, "%", samples="exact")) for name, value in shown],
         f"of '{worst.tolerance.name}' at {found.where(worst.worst)}; exact sums over terms",
     )
-
-
-def _helps(found: TaskOutcome) -> tuple[Section, ...]:
-    """Return what remedies leave, what is left without each part, and how much the task would
-    bear.
-    """
-    helps = found.helps
-    counted = f"{several(helps.robots, 'robot')} x {several(helps.runs, 'run')}"
-    name = found.outcomes[found.decisive].tolerance.name
-
-    def of(key: str, title: str, lines: Sequence[Remedied], note: str) -> Section:
-        rows = [
-            Row(
-                short_name(each.name),
-                (_share(each.success, counted), Cell(each.used, "%", samples=counted)),
-            )
-            for each in (helps.before, *lines)
-        ]
-        return table(key, title, ("probability", "used, 95 %"), rows, note)
-
-    same = f"the same robots and runs each time; used: share of '{name}'"
-    margins = [
-        Row(each.name, (_factor(each.factor, counted),), _bears(each)) for each in helps.margins
-    ]
-    return (
-        of("remedies", "What would help", helps.stages, f"ideal remedies; {same}"),
-        of("without", "Success without the error of a part", helps.parts, same),
-        table(
-            "margins",
-            "How much the task would bear",
-            {"factor": "1"},
-            margins,
-            f"largest factor with which {Cell(found.task.required, '%', stated=True)} are met, "
-            "everything else as it is; by bisection with the same robots and runs",
-        ),
-    )
-
-
-def _factor(factor: float, samples: str) -> Cell:
-    words = "none" if math.isnan(factor) else "any" if math.isinf(factor) else ""
-    return Cell(factor, "1", samples=samples, words=words)
-
-
-def _bears(margin: Margin) -> str:
-    if math.isnan(margin.factor):
-        return f"no reduction of {margin.name} alone meets the requirement"
-    if math.isinf(margin.factor):
-        return f"64 times the {margin.name} still meets it"
-    return ""
 
 
 def _places(found: TaskOutcome, counted: str) -> Section:
