@@ -170,7 +170,6 @@ STILL_MANY = {
     "export": 6,
     "gearbox": 11,
     "sizing": 6,
-    "task": 5,
     "view": 9,
 }
 

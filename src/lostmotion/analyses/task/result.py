@@ -33,13 +33,13 @@ class TaskResult(TaskOutcome, Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.task.tables import task_sheet
+        from lostmotion.analyses.task.page import task_sheet
 
         return task_sheet(self)
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.task.plots import task_plots
+        from lostmotion.analyses.task.page.plots import task_plots
 
         return task_plots(self)

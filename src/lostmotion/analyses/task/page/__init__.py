@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.task.drift import drift_section
-from lostmotion.analyses.task.help_tables import help_sections
+from lostmotion.analyses.task.page.drift import drift_section
+from lostmotion.analyses.task.page.help_tables import help_sections
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import in_error, with_limits
 from lostmotion.mechanism.placed_terms import short_name

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.task.drift import drift_plot
+from lostmotion.analyses.task.page.drift import drift_plot
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import label_axes, legend, named_rows, one, ringed, swatch
 from lostmotion.reporting.palette import LIGHT
