@@ -14,10 +14,8 @@ import numpy as np
 
 from lostmotion.error_model.few_poses import Squares
 from lostmotion.error_model.intervals import root_mean_square
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrices
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -34,7 +32,6 @@ By = Literal["part", "cause", "level", "term"]
 # A part whose own r.m.s. error is a smaller share of the total moves the tool by rounding only. It
 # counts as zero in every analysis.
 NOTHING: Final = 1e-12
-_BLOCK: Final = 1024
 # Each level of chance counts in one of three parts of a mean square: by design, by robot, by visit.
 _PARTS: Final[dict[Level, int]] = {"design": 0, "robot": 1, "visit": 2, "robot x visit": 2}
 # The label by which columns are grouped.
@@ -319,9 +316,9 @@ def budget_changes(
     Other arguments and errors as for `tally`.
     """
     out: list[dict[str, float]] = [{} for _ in labels]
-    blocks = (states_of(arm, q, _BLOCK) for arm in (before, after))
-    for both_states in zip(*blocks, strict=True):
-        matrices = [screws(standing(state), approach=approach) for _, state in both_states]
+    blocks = (pose_matrices(arm, q, approach=approach) for arm in (before, after))
+    for pair in zip(*blocks, strict=True):
+        matrices = [matrix for _, matrix in pair]
         for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
             if any(draws in matrix.mixtures for matrix in matrices):
                 _add_correlated_changes(matrices, draws, labels, out, len(q))
@@ -377,8 +374,7 @@ def tallies(
     arguments and errors as for `tally`.
     """
     out: list[Tally] = []
-    for _, state in states_of(arm, q, _BLOCK):
-        matrix = screws(standing(state), approach=approach)
+    for _, matrix in pose_matrices(arm, q, approach=approach):
         block = [Tally.of(matrix, by) for by in groupings]
         out = [whole + part for whole, part in zip(out, block, strict=True)] if out else block
     if not out:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.error_model.draws import Stream
 from lostmotion.mechanism.calibration import REMAINING
 from lostmotion.parts.term import level_of
 
@@ -18,11 +19,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.error_model.closing import Closing
-    from lostmotion.error_model.draws import Stream
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.calibration import Correlations
     from lostmotion.mechanism.placed_terms import PlacedTerm
-    from lostmotion.parts.term import Level
+    from lostmotion.parts.term import Draw, Level
     from lostmotion.spatial import Floats
 
     Key = tuple[tuple[tuple[str, str], Law], ...]
@@ -172,3 +172,28 @@ def grouped(infos: Sequence[Draws], correlations: Correlations | None = None) ->
             draws = ((("robot", correlations.key), REMAINING), *others)
         out.setdefault(draws, []).append(k)
     return out
+
+
+def column_of(
+    of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Closing | None, part: str
+) -> Column:
+    """Return the column of a term, or of one part of it. All parts of a joint share one stream of
+    its last motion.
+    """
+    term = of.term
+    owner = f"joints.{joints[of.joint]}" if term.sided and of.joint is not None else of.owner
+    robot, visit = (
+        _stream(of.owner, term.robot),
+        None if side == "known" else _stream(owner, term.visit),
+    )
+    return Column(
+        robot,
+        visit,
+        closing if part == "changed" else None,
+        of,
+        closing if part == "mean" else None,
+    )
+
+
+def _stream(owner: str, draw: Draw | None) -> Stream | None:
+    return None if draw is None else Stream(draw.name(owner), draw.law)

@@ -13,26 +13,27 @@ import numpy as np
 
 from lostmotion.error_model.calibrated import mixtures
 from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_change
-from lostmotion.error_model.columns import Column, Draws, ToolScrews, grouped
+from lostmotion.error_model.columns import Draws, ToolScrews, column_of, grouped
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.settled_columns import moved_tool
 from lostmotion.laws.distributions import COMPARED
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.standing import standing_at
+from lostmotion.mechanism.state import BLOCK, as_poses, blocks_of
 from lostmotion.parts import forms_together
+from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping, Sequence
+    from collections.abc import Hashable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
     from lostmotion.error_model.calibrated import Mixture
-    from lostmotion.error_model.columns import Groups, Key
+    from lostmotion.error_model.columns import Column, Groups, Key
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.calibration import Correlations
     from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.mechanism.state import State
-    from lostmotion.parts.term import Draw, Form, Threshold
+    from lostmotion.parts.term import Form, Threshold
     from lostmotion.spatial import Floats
 
 
@@ -182,10 +183,29 @@ def pose_matrix(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseM
     """Return the pose matrix of an arm where it stands under its loads at these poses: what every
     prediction of errors is made of.
 
-    Arguments as `state_of` and `screws`. Raises InputError where the arm cannot hold its load at a
+    The last ones are kept, and nobody changes their arrays. Arguments as `state_of` and `screws`.
+    Raises InputError where the arm cannot hold its load at a
     pose, with the joint.
     """
-    return screws(standing(state_of(arm, q)), approach=approach)
+    values, sides = as_poses(arm, q), np.asarray(approach, dtype=float)
+    return _RECENT.of(
+        (id(arm), values.tobytes(), sides.tobytes(), sides.ndim),
+        lambda: screws(standing_at(arm, values), approach=sides),
+    )
+
+
+def pose_matrices(
+    arm: Arm, q: Floats, size: int = BLOCK, *, approach: float = 0.0
+) -> Iterator[tuple[slice, PoseMatrix]]:
+    """Yield the rows of q and the pose matrix there, for at most `size` poses at a time; arguments
+    and errors as `pose_matrix`.
+    """
+    for here, values in blocks_of(as_poses(arm, q), size):
+        yield here, pose_matrix(arm, values, approach=approach)
+
+
+# Matrices of a study that several of its figures need, some thousand poses.
+_RECENT: Final = Recent[PoseMatrix](64 << 20, lambda matrix: 2 * matrix.tool.nbytes)
 
 
 @dataclass(frozen=True)
@@ -258,7 +278,7 @@ class Columns:
                     closing = Closing(
                         Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above
                     )
-                infos += [_column(of, side, names, closing, part) for side, part in kinds]
+                infos += [column_of(of, side, names, closing, part) for side, part in kinds]
         self.infos = tuple(infos)
         self._groups = grouped(infos, arm.correlations)
         self._correlations = arm.correlations
@@ -359,28 +379,3 @@ def _side_factor(last_motion: Floats, *, known: bool) -> Floats:
     trails the motor, and rests behind it.
     """
     return -last_motion if known else (last_motion == 0).astype(float)
-
-
-def _column(
-    of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Closing | None, part: str
-) -> Column:
-    """Return the column of a term, or of one part of it. All parts of a joint share one stream of
-    its last motion.
-    """
-    term = of.term
-    owner = f"joints.{joints[of.joint]}" if term.sided and of.joint is not None else of.owner
-    robot, visit = (
-        _stream(of.owner, term.robot),
-        None if side == "known" else _stream(owner, term.visit),
-    )
-    return Column(
-        robot,
-        visit,
-        closing if part == "changed" else None,
-        of,
-        closing if part == "mean" else None,
-    )
-
-
-def _stream(owner: str, draw: Draw | None) -> Stream | None:
-    return None if draw is None else Stream(draw.name(owner), draw.law)

@@ -42,9 +42,8 @@ import numpy as np
 
 from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.intervals import root_mean_square
-from lostmotion.error_model.pose_matrix import pose_matrix, screws
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import states_of
+from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.mechanism.state import blocks_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,7 +74,6 @@ OTHERS: Final = (ONE_SIDE, SIDE_KNOWN, SIDE_AND_LOAD, ALL_KNOWN, OUTPUT_ENCODERS
 EVERY_STAGE: Final = (*STAGES, *OTHERS)
 _FROM_ONE_SIDE: Final = frozenset({ONE_SIDE, SIDE_KNOWN, SIDE_AND_LOAD, ALL_KNOWN})
 _DRIVE: Final = "gearbox"
-_BLOCK: Final = 1024
 
 
 def stages_of(arm: Arm) -> tuple[str, ...]:
@@ -185,14 +183,9 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
     squares: dict[str, list[float]] = {stage: [] for stage in stages}
     for q in np.split(poses.q, poses.replicates):
         sums = dict.fromkeys(stages, 0.0)
-        for _, commanded in states_of(arm, q, _BLOCK):
-            state = standing(commanded)
-            arriving: dict[float, PoseMatrix] = {}
+        for _, here in blocks_of(q):
             for stage in stages:
-                side = approach_at_stage(stage, approach)
-                if side not in arriving:
-                    arriving[side] = screws(state, approach=side)
-                matrix = arriving[side]
+                matrix = pose_matrix(arm, here, approach=approach_at_stage(stage, approach))
                 sums[stage] += matrix.square_sum(
                     remaining(matrix.infos, stage, geometry, estimated)
                 )

@@ -17,7 +17,7 @@ import numpy as np
 
 from lostmotion.error_model.budget import Cost, Tally, costs
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrices
 from lostmotion.maps.cell_statistics import (
     CONFIGURATIONS,
     QUANTILE,
@@ -33,8 +33,6 @@ from lostmotion.maps.placement import Placements, best_placements, clear_cells
 from lostmotion.maps.reach import reachable_cells
 from lostmotion.maps.validation_points import SAMPLED as VALIDATION_SAMPLES
 from lostmotion.maps.validation_points import ValidationPoints, of_count, validate
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from lostmotion.maps.reach import Progress
@@ -43,7 +41,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-_BLOCK: Final = 1024
 _MOST_IN_BUDGET: Final = 16_384
 
 
@@ -352,7 +349,7 @@ def _budget(
         np.unique(np.linspace(0, len(which) - 1, min(len(which), _MOST_IN_BUDGET)).astype(int))
     ]
     q = evaluated.reached.q[which]
-    blocks = (screws(standing(state), approach=approach) for _, state in states_of(arm, q, _BLOCK))
+    blocks = (matrix for _, matrix in pose_matrices(arm, q, approach=approach))
     tally = functools.reduce(operator.add, map(Tally.of, blocks))
     return ZoneBudget(
         name, len(cells), len(q), math.sqrt(tally.total / tally.poses), tuple(costs(tally))

@@ -22,7 +22,6 @@ CAUSES: Final = ("payload", "process force", "tool", "links", "joints and drives
 OWN_WEIGHT: Final = "own weight"
 # Names of causes in the bending of a link: only masses outboard of its tip load it.
 OUTBOARD_CAUSES: Final = {"links": "next links", "joints and drives": "next joints and drives"}
-_BLOCK: Final = 1024
 _NONE: Final = (0.0, 0.0, 0.0)
 
 
@@ -108,7 +107,7 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
-    for here, state in states_of(arm, q, _BLOCK):
+    for here, state in states_of(arm, q):
         for joint, bent in _link_deflections(standing(state)).items():
             sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
             sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]

@@ -1,15 +1,34 @@
-"""Arms that cannot hold their loads: the finding, with the joint."""
+"""Where arms stand under their loads. Arms that cannot hold them: the finding, with the joint."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.errors import InputError, Problem
+from lostmotion.mechanism.state import State, as_poses, state_of
+from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
-    from lostmotion.mechanism.state import State
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# States of a study that several of its figures need, some thousand poses.
+_RECENT: Final = Recent[State](24 << 20, lambda state: 3 * state.frames.nbytes)
+
+
+def settled_at(arm: Arm, q: Floats) -> State:
+    """Return the state in which an arm stands under its loads at these poses (pose, joint), rad or
+    m: `State.settled`, of which the last ones are kept. Errors as `state_of`.
+    """
+    values = as_poses(arm, q)
+    return _RECENT.of((id(arm), values.tobytes()), lambda: state_of(arm, values).settled())
+
+
+def standing_at(arm: Arm, q: Floats) -> State:
+    """Return the same; raises InputError as `standing` where the arm cannot hold its load."""
+    return standing(settled_at(arm, q))
 
 
 def standing_if_soft(state: State) -> State:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 # Poses evaluated at a time, so that the arrays of the parts fit into the processor's cache.
-_BLOCK: Final = 1024
+BLOCK: Final = 1024
 # Number of poses up to which the terms of a place are carried together.
 _FEW: Final = 16
 
@@ -361,14 +361,19 @@ def state_of(
     return State(arm, values, stands, free_fall)
 
 
-def states_of(arm: Arm, q: Floats, size: int = _BLOCK) -> Iterator[tuple[slice, State]]:
+def states_of(arm: Arm, q: Floats, size: int = BLOCK) -> Iterator[tuple[slice, State]]:
     """Yield the rows of q and the state there, for at most `size` poses at a time; arguments and
     errors as `state_of`.
     """
-    values = as_poses(arm, q)
-    for start in range(0, len(values), size):
-        here = slice(start, min(start + size, len(values)))
-        yield here, state_of(arm, values[here])
+    for here, values in blocks_of(as_poses(arm, q), size):
+        yield here, state_of(arm, values)
+
+
+def blocks_of(q: Floats, size: int = BLOCK) -> Iterator[tuple[slice, Floats]]:
+    """Yield the rows of q and the poses there, at most `size` at a time."""
+    for start in range(0, len(q), size):
+        here = slice(start, min(start + size, len(q)))
+        yield here, q[here]
 
 
 def tool_points(arm: Arm, q: Floats) -> Floats:
@@ -378,5 +383,5 @@ def tool_points(arm: Arm, q: Floats) -> Floats:
     values = as_poses(arm, q)
     if not arm.closures:
         return tool_point(arm.tree, values)
-    blocks = [values[k : k + _BLOCK] for k in range(0, len(values), _BLOCK)]
+    blocks = [values[k : k + BLOCK] for k in range(0, len(values), BLOCK)]
     return np.concatenate([assembled_frames(arm.tree, each)[-1, :, :3, 3] for each in blocks])

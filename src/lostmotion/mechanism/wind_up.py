@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.state import as_poses, states_of
+from lostmotion.mechanism.standing import settled_at
+from lostmotion.mechanism.state import as_poses, blocks_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _CAUSE: Final = "wind-up"
-_BLOCK: Final = 4096
+# Poses in each set of a study by default, whose states are kept.
+_BLOCK: Final = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +46,8 @@ def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
     ]
     nominal = [(joint, of) for joint, of in elastic if of.term.level == "design"]
     found = {joint: np.zeros(len(values)) for joint, _ in nominal}
-    for here, state in states_of(arm, values, _BLOCK):
-        conditions = state.settled().conditions()
+    for here, some in blocks_of(values, _BLOCK):
+        conditions = settled_at(arm, some).conditions()
         for joint, of in nominal:
             found[joint][here] += arm.driven[joint].twist @ (
                 of.term.scale * of.term.form.screw(conditions(of))

@@ -16,11 +16,9 @@ import numpy as np
 
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.intervals import quantile
-from lostmotion.error_model.pose_matrix import PoseMatrix, screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrices
 from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK
 
@@ -204,8 +202,8 @@ def split_blocks(matrix: PoseMatrix, robots: int) -> Iterator[tuple[int, PoseMat
 def computed_blocks(plan: BlockPlan) -> Iterator[tuple[int, PoseMatrix]]:
     """Yield the pose matrix of a plan in blocks, each with the index of its first pose."""
     step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
-    for rows, state in states_of(plan.arm, plan.poses.q, step):
-        yield rows.start, screws(standing(state), approach=plan.approach)
+    for rows, matrix in pose_matrices(plan.arm, plan.poses.q, step, approach=plan.approach):
+        yield rows.start, matrix
 
 
 def compute_yield(  # noqa: PLR0913 - arguments of a production

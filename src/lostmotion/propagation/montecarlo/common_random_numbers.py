@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from lostmotion.error_model import error_bins
-from lostmotion.error_model.pose_matrix import PoseMatrix, screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrices
 from lostmotion.error_model.poses import Poses
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 
@@ -60,10 +58,7 @@ class Paired:
         each = len(poses) // poses.replicates
         return cls(
             plan,
-            tuple(
-                screws(standing(state), approach=approach)
-                for _, state in states_of(arm, poses.q, each)
-            ),
+            tuple(matrix for _, matrix in pose_matrices(arm, poses.q, each, approach=approach)),
         )
 
     @property
