@@ -5,7 +5,7 @@ python benchmarks/calibration.py [--robots 24] [--only errors|coverage|releases]
 
 errors    mean error at 450 other poses against the mean of six visits, median over the robots, of
           base and tool frame alone, least squares of the constant errors that the file states,
-          least squares of all that it states, and the calibration. No method is told the noise;
+          least squares of all that it states, and the calibration. None of them knows the noise;
           inf: the estimated robot cannot stand under its load
 coverage  share of the errors that the file states within their 95 % intervals, 100 robots of each
           arm, 20 poses

@@ -11,8 +11,13 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.calibration.correction import expected_tool
+from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError
+from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.measured.calibration_visits import read_calibration_visits
+from lostmotion.mechanism.state import state_of
+from lostmotion.reporting.provenance import provenance_sections
 from tests.calibration.ur5_grid import EXAMPLES
 
 FOLDER = EXAMPLES / "calibration"
@@ -32,6 +37,7 @@ def test_the_readings_are_what_their_script_writes(kind):
     )
 
 
+@pytest.mark.slow
 def test_a_dial_gauge_calibrates_a_printed_arm():
     """With the side of arrival the error at unused readings falls by a third at least; without it
     half as much again remains.
@@ -48,6 +54,7 @@ def test_a_dial_gauge_calibrates_a_printed_arm():
     assert climb.random.mean > 1.5 * left
 
 
+@pytest.mark.slow
 def test_a_webcam_calibrates_a_printed_arm():
     """Corners of a tag, with unknown places of camera and tag, reduce the error at unused images by
     a quarter at least; their noise is that of 0.2 pixels at the distance of the tag.
@@ -59,6 +66,64 @@ def test_a_webcam_calibrates_a_printed_arm():
     assert climb.kept.fit.noise == pytest.approx(0.2 * tags.distance / 800, rel=0.2)
     assert 0.92 <= climb.kept.blocked.coverage(answer.robot.inflation) <= 0.98
     assert answer.sheet.verdict
+
+
+def test_stated_errors_move_the_tool_by_their_sizes(tmp_path):
+    """The tool of the arm with the mastering offset and the length of by-hand.toml is that of an
+    arm file with the other length, commanded to the other angle.
+    """
+    arm = lostmotion.read(FOLDER / "ur5.toml")
+    known = read_calibration(FOLDER / "by-hand.toml", arm)
+    other = tmp_path / "other.toml"
+    other.write_text((FOLDER / "ur5.toml").read_text("utf-8").replace('"-425 mm', '"-425.4 mm'))
+    q = np.random.default_rng(1).uniform(-1, 1, (5, 6))
+    there = state_of(lostmotion.read(other), q + np.radians([0, 0.1, 0, 0, 0, 0])).frames[-1]
+    np.testing.assert_allclose(expected_tool(arm.calibrated(known), q), there, atol=1e-12)
+    size = np.sqrt(np.diag(known.covariance)) / np.abs(known.mean)
+    np.testing.assert_allclose(size, [0.02 / 0.1, 0.05 / 0.4])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ('"0.1 deg"', '"0.1 mm"', "estimates[0].mean"),
+        ('"0.1 deg"', '"much"', "estimates[0].mean"),
+        ('"0.05 mm"', '"-0.05 mm"', "estimates[1].deviation"),
+        ("tip offset x", "tip ofset x", "tip offset x"),
+        ('"0.1 deg"', "nan", "estimates[0].mean"),
+    ],
+)
+def test_wrong_estimates_are_refused(old, new, text, tmp_path):
+    """With their keys."""
+    path = tmp_path / "by-hand.toml"
+    path.write_text((FOLDER / "by-hand.toml").read_text("utf-8").replace(old, new))
+    with pytest.raises(InputError) as refused:
+        read_calibration(path, lostmotion.read(FOLDER / "ur5.toml"))
+    assert text in str(refused.value)
+
+
+def test_stated_and_estimated_errors_are_listed_apart(tmp_path):
+    """What went in lists each stated error with its size, marks those that the arm file does not
+    state, and counts those of a measurement.
+    """
+    path = tmp_path / "by-hand.toml"
+    frame = '[added]\nbase_shift = 0.01\n[[estimates]]\ndraw = "base frame.shift z"\n'
+    stated = (FOLDER / "by-hand.toml").read_text("utf-8")
+    path.write_text(f"{frame}mean = 0.2\ndeviation = 0.05\n{stated}")
+    arm = lostmotion.read(FOLDER / "ur5.toml")
+    robot = arm.calibrated(read_calibration(path, arm))
+    rows = {row.label: row for row in provenance_sections(states(robot))[1].rows}
+    row = rows["base frame.shift z"]
+    assert [str(each) for each in row.cells] == ["2 mm ± 0.5 mm", "stated"]
+    assert row.note == "an error that the arm file does not state"
+    assert str(rows["J2.link.tip offset x"].cells[0]) == "-0.4 mm ± 50 µm"
+    assert "fit it best" not in robot.remarks[0]
+    path.write_text(path.read_text().replace("[added]", "[data]\nposes = 20\n[added]"))
+    robot = arm.calibrated(read_calibration(path, arm))
+    rows = {row.label: row for row in provenance_sections(states(robot))[1].rows}
+    assert [str(each) for each in rows["calibration"].cells] == ["3 estimates", "estimated"]
+    assert rows["calibration"].note == "from 20 measured poses"
+    assert "fit it best" in robot.remarks[0]
 
 
 @pytest.mark.parametrize("kind", ["dial", "tag"])

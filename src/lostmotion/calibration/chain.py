@@ -74,7 +74,7 @@ def errors_of_chain(
     )
     moved = model.frames(found.mean)
     return ChainErrors(
-        calibrations_of(arm, model, found, _WIDE).own,
+        calibrations_of(arm, model, found, _WIDE, source="a maker's calibration").own,
         estimated_errors(model, found, FullPoses(frames)),
         float(np.linalg.norm(moved[:, :3, 3] - frames[:, :3, 3], axis=1).max()),
         float(np.linalg.norm(nominal[:, :3, 3] - frames[:, :3, 3], axis=1).mean()),

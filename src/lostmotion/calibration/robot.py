@@ -28,7 +28,7 @@ from lostmotion.calibration.terms import (
     stated_scale,
 )
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.mechanism.calibration import Calibration
+from lostmotion.mechanism.calibration import Calibration, size_of
 from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         progress=progress,
     )
     inflation = found.kept.blocked.inflation
-    tested = None
+    tested, source = None, f"{len(used)} measured poses"
     if len(aside):
         there = every.rows(aside).keeping(every.numbers(found.model.streams))
         with_drift = isinstance(found.instrument, Drifting)
@@ -202,7 +202,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         tested = validation.held_out(there, measure.part(aside), found.kept.fit)
     return Robot(
         arm,
-        calibrations_of(arm, found.model, found.kept.fit, chosen, inflation),
+        calibrations_of(arm, found.model, found.kept.fit, chosen, inflation, source),
         found,
         found.instrument,
         seen.frames[used],
@@ -313,9 +313,16 @@ class Calibrations(NamedTuple):
 
 
 def calibrations_of(
-    arm: Arm, model: RobotModel, best: Estimates, sizes: Deviations, inflation: float = 1.0
+    arm: Arm,
+    model: RobotModel,
+    best: Estimates,
+    sizes: Deviations,
+    inflation: float = 1.0,
+    source: str = "a measurement",
 ) -> Calibrations:
-    """Return the estimates of all draws that a measurement is about, with inflated covariance."""
+    """Return the estimates of all draws that a measurement is about, with inflated covariance;
+    `source` as in `Calibration`.
+    """
     kept = np.flatnonzero(best.variances[: len(model.streams)])
     streams = tuple((model.streams[k].name, model.streams[k].law) for k in kept)
     names = {name for name, _ in streams}
@@ -332,8 +339,8 @@ def calibrations_of(
     covariance = own @ (inflation * best.covariance[np.ix_(kept, kept)]) @ own.T
     mean = best.mean[kept]
     return Calibrations(
-        Calibration(streams, own @ mean, reduced(columns[:, 3:], covariance), added),
-        Calibration(streams, mean, np.zeros_like(covariance), added),
+        Calibration(streams, own @ mean, reduced(columns[:, 3:], covariance), added, source),
+        Calibration(streams, mean, np.zeros_like(covariance), added, source),
     )
 
 
@@ -385,8 +392,4 @@ def _size(model: RobotModel, draw: int) -> tuple[float, str]:
     columns = np.flatnonzero(model.of == draw)
     if is_compliance(model.owners[draw]):
         return float(model.matrix.infos[columns[0]].of.term.scale), "rad/(N m)"
-    term = model.matrix.infos[columns[0]].of.term
-    direction = getattr(term.form, "direction", None)
-    if len(columns) > 1 or direction is None or "wrench" in term.form.reads:
-        return 1.0, "1"
-    return float(term.scale), "rad" if direction[:3].any() else "m"
+    return size_of([model.matrix.infos[k].of for k in columns])

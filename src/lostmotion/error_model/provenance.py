@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.given_values import AssumedValue, GivenValue
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.calibration import StatedEstimate
     from lostmotion.parts.base import Base
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.link import Link
@@ -121,6 +122,7 @@ class States:
     bounded  members of drawn gearboxes that their drawings do not describe, so that only bounds of
              them are known
     moved_by_temperature  whether a link expands or bends at a stated temperature
+    estimates  of the errors of one robot
     limits   maker's upper limits that count at the poses of a study (`upper_limits.with_limits`),
              the largest contributor first
     """
@@ -133,6 +135,7 @@ class States:
     limits: tuple[LimitShare, ...] = ()
     given: tuple[GivenValue, ...] = ()
     bounded: tuple[str, ...] = ()
+    estimates: tuple[StatedEstimate, ...] = ()
 
     @property
     def assumed_count(self) -> int:
@@ -196,6 +199,7 @@ def states(arm: Arm) -> States:
     found = [(joint, _states_of(joint)) for joint in on_tool_path]
     given = tuple(given_in(arm))
     moving = {joint.name for joint in arm.moving}
+    known = arm.calibration
     return States(
         joints=tuple(each for joint, each in found if joint.name in moving),
         fixed=tuple(
@@ -204,6 +208,7 @@ def states(arm: Arm) -> States:
             if joint.name not in moving and (each.required or not each.ideal)
         ),
         base=_of_base(arm.base),
+        estimates=() if known is None else known.stated(arm.calibrated(None).terms),
         assumed=assumed_among(given),
         given=given,
         bounded=tuple(

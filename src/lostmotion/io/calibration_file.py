@@ -11,6 +11,11 @@ mean = 0.7                               # in standard deviations of what the ar
 deviation = 0.1                          # of the estimate, in the same unit; 0 where it is exact
 
 [[estimates]]
+draw = "joints.B.encoder.zero"           # of an error with one size: as a signed angle or length
+mean = "-0.3 mrad"
+deviation = "0.05 mrad"
+
+[[estimates]]
 draw = "joints.A.gearbox.transmission error 1"
 phase = "sine"                           # a harmonic has two draws, "sine" and "cosine"
 mean = -0.3
@@ -24,10 +29,11 @@ orders = 32
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal, cast
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import PydanticCustomError
 
 from lostmotion.calibration.terms import Deviations, added_terms
 from lostmotion.errors import InputError, Problem, shown
@@ -36,13 +42,16 @@ from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.toml import read_toml
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.validation_errors import problems
-from lostmotion.mechanism.calibration import Calibration, known_streams
+from lostmotion.mechanism.calibration import Calibration, known_streams, size_of
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.spatial import Floats
 
 _MOST_ESTIMATES: Final = 500
@@ -51,6 +60,7 @@ _COVARIANCE: Final = "covariance = [[0.01]]"
 # No robot is as many standard deviations from what its arm file states.
 _FARTHEST: Final = 1000.0
 _Number = Annotated[float, Field(strict=True)]
+_QUANTITIES: Final = {"rad": Quantity("rad", "-0.3 mrad"), "m": Quantity("m", "-0.3 mm")}
 _Size = Annotated[float, Field(strict=True, ge=0, le=10)]
 
 
@@ -60,8 +70,8 @@ class _Estimate(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     draw: str
-    mean: _Number
-    deviation: _Number | None = None
+    mean: _Number | str
+    deviation: _Number | str | None = None
     phase: Literal["sine", "cosine"] | None = None
 
 
@@ -110,6 +120,11 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
         known.setdefault(name, []).append(law)
     mistakes: list[Problem] = []
     streams = [_stream(file, k, each, known, mistakes) for k, each in enumerate(stated.estimates)]
+    terms = (*arm.calibrated(None).terms, *added)
+    numbers = [
+        _in_deviations(file, k, each, terms, mistakes) for k, each in enumerate(stated.estimates)
+    ]
+    stated = stated.model_copy(update={"estimates": numbers})
     mistakes += [
         problem
         for k, each in enumerate(stated.estimates)
@@ -158,6 +173,7 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
             mean,
             _covariance(stated),
             tuple(of for of in added if of.name in names),
+            _source(stated.data),
         )
     except InputError as error:
         raise InputError(
@@ -166,6 +182,48 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
                 for each in error.problems
             ]
         ) from None
+
+
+def _source(data: dict[str, str | int] | None) -> str:
+    """Return what the estimates are from; empty where a person states them."""
+    if data is None:
+        return ""
+    poses = data.get("poses")
+    return f"{poses} measured poses" if poses else "a maker's calibration"
+
+
+def _in_deviations(
+    file: str, k: int, stated: _Estimate, terms: Sequence[PlacedTerm], mistakes: list[Problem]
+) -> _Estimate:
+    """Return an estimate whose angles or lengths are in standard deviations of its draw; what is
+    none is noted as a mistake.
+    """
+    draw = [
+        t for t in terms if t.term.robot is not None and t.term.robot.name(t.owner) == stated.draw
+    ]
+    size, unit = size_of(draw) if draw else (1.0, "1")
+    found: dict[str, float] = {}
+    for key in ("mean", "deviation"):
+        value = getattr(stated, key)
+        if not isinstance(value, str):
+            continue
+        found[key] = 0.0
+        where = f"estimates[{k}].{key}"
+        if unit == "1" or not size:
+            expected = "a number of standard deviations: this draw has no single size"
+            mistakes += (
+                [Problem(file, where, shown(value), expected, f"{key} = 0.1")] if draw else []
+            )
+            continue
+        try:
+            number = cast("float", _QUANTITIES[unit](value))
+        except PydanticCustomError as error:
+            why = f"{shown(value)}: {(error.context or {})['why']}"
+            example = f'{key} = "0.3 {"mrad" if unit == "rad" else "mm"}"'
+            mistakes.append(Problem(file, where, why, _QUANTITIES[unit].expected, example))
+            continue
+        found[key] = number / (size if key == "mean" else abs(size))
+    return stated.model_copy(update=found)
 
 
 def _covariance(stated: _File) -> Floats:
@@ -267,7 +325,7 @@ def _mistakes_in(file: str, k: int, stated: _Estimate, whole: _File) -> list[Pro
             f"{name} = 0.1",
         )
         for name, (value, low) in ranges.items()
-        if value is not None and not low <= value <= _FARTHEST
+        if isinstance(value, float | int) and not low <= value <= _FARTHEST
     ]
     together = whole.covariance is not None or whole.factor is not None
     if not together and stated.deviation is None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -57,6 +57,25 @@ class Correlations:
         return f"calibration.{found.hexdigest()}"
 
 
+class StatedEstimate(NamedTuple):
+    """An estimate as it went into a figure.
+
+    name              of the draw
+    value, deviation  signed, in `unit`
+    unit              "rad" or "m"; "1" for standard deviations of the draw, of which one is
+                      assumed where `in_file` is false
+    in_file           whether the arm's file states the error
+    source            what it was estimated from, as in `Calibration`; empty where it is stated
+    """
+
+    name: str
+    value: float
+    deviation: float
+    unit: str
+    in_file: bool
+    source: str
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """Estimates of a robot's draws. Draws that are not listed keep their distribution.
@@ -66,6 +85,9 @@ class Calibration:
     mean       (stream,) estimated draws, in standard deviations of what the arm file states
     covariance (stream, stream) of the estimates; zeros for exact ones
     added      terms that the arm has besides those of its file, such as an unknown base frame
+    source     what the estimates are from, such as "20 measured poses": they are then compared with
+               the base and tool frame that fit them best. Empty: they are stated, and base and tool
+               count as errors of the robot
 
     The names of the streams are those of `known_streams`. Raises InputError for arrays of another
     shape, numbers that are not finite, a stream that is named twice, and a covariance that is not
@@ -76,6 +98,7 @@ class Calibration:
     mean: Floats
     covariance: Floats
     added: tuple[PlacedTerm, ...] = ()
+    source: str = ""
 
     def __post_init__(self) -> None:
         """Refuse estimates that no robot can have."""
@@ -120,9 +143,39 @@ class Calibration:
         """Return what every figure of this robot is of; nothing without an estimate."""
         if not self.streams:
             return ()
-        text = f"these are the figures of one calibrated robot, with {len(self.streams)} estimates"
-        compared = ", compared with the base and tool frame that fit it best"
-        return (text + (compared if self.added else ""),)
+        count = f"{len(self.streams)} estimate{'s' * (len(self.streams) > 1)}"
+        if self.source:
+            text = f"these are the figures of one calibrated robot, with {count} from {self.source}"
+            compared = ", compared with the base and tool frame that fit it best"
+            return (text + (compared if self.added else ""),)
+        text = f"these are the figures of one robot, with {count} that a file or a call states"
+        if self.added:
+            owners = ", ".join(dict.fromkeys(each.owner for each in self.added))
+            text += f"; {owners}: errors that the arm file does not state"
+        return (text,)
+
+    def stated(self, terms: Sequence[PlacedTerm]) -> tuple[StatedEstimate, ...]:
+        """Return the estimates, in the units of the errors of these terms, those of the arm as its
+        file states it.
+        """
+        out = []
+        for (name, law), mean, deviation in zip(
+            self.streams, self.mean, self._deviations, strict=True
+        ):
+            of = [
+                each
+                for each in (*terms, *self.added)
+                if each.term.robot is not None and _stream(each, each.term.robot) == (name, law)
+            ]
+            size, unit = size_of(of)
+            in_file = not any(each in self.added for each in of)
+            value = size * float(mean), abs(size) * float(deviation)
+            out.append(
+                StatedEstimate(
+                    name + _PHASES.get(type(law), ""), *value, unit, in_file, self.source
+                )
+            )
+        return tuple(out)
 
     def refuse_unknown(self, terms: Sequence[PlacedTerm]) -> None:
         """Raise InputError for a stream by which none of these terms is drawn, with the nearest
@@ -200,6 +253,17 @@ class Calibration:
     @functools.cached_property
     def _deviations(self) -> Floats:
         return np.sqrt(np.maximum(np.diag(np.asarray(self.covariance, dtype=float)), 0.0))
+
+
+def size_of(placed: Sequence[PlacedTerm]) -> tuple[float, str]:
+    """Return the size of an error per unit of the draw that these terms share, with its unit, "rad"
+    or "m"; 1 and "1" where its screw depends on the pose, or several terms share the draw.
+    """
+    term = placed[0].term
+    direction = getattr(term.form, "direction", None)
+    if len(placed) > 1 or direction is None or term.form.reads:
+        return 1.0, "1"
+    return float(term.scale), "rad" if direction[:3].any() else "m"
 
 
 def known_streams(terms: Sequence[PlacedTerm]) -> tuple[tuple[str, Law], ...]:

@@ -50,6 +50,9 @@ _SHARED: Final = (
     "a part that several joints share is listed once, by its name in the file; equal parts of "
     "their own under the first of them"
 )
+# Units of estimates, and how many of them are listed.
+_OF_ESTIMATE: Final = {"rad": Quantity("rad", "1 mrad"), "m": Quantity("m", "1 mm")}
+_MOST_ESTIMATES: Final = 60
 # Numbers of a list that are written out.
 _WRITTEN_OUT: Final = 6
 
@@ -70,6 +73,8 @@ def inputs_section(given: Sequence[GivenValue], known: States | None = None) -> 
     ideal = _ideal_rows(known) if known is not None else []
     if not (rows or ideal):
         return ()
+    if known is not None:
+        rows += _estimates(known)
     assumed = sum(bool(each.reason) and each.reason != DEFAULT_SCATTER for each in given)
     counted = [
         f"{several(sum(each.state == 'stated' for each in given), 'value')} stated",
@@ -87,6 +92,25 @@ def inputs_section(given: Sequence[GivenValue], known: States | None = None) -> 
             folded,
         ),
     )
+
+
+def _estimates(known: States) -> list[Row]:
+    """Return the estimates of a robot: those of a measurement in one line, those that are stated in
+    one each.
+    """
+    if known.estimates and (source := known.estimates[0].source):
+        text = in_words(several(len(known.estimates), "estimate"))
+        return [Row("calibration", (text, in_words("estimated")), f"from {source}")]
+    rows = []
+    for each in known.estimates[:_MOST_ESTIMATES]:
+        if each.unit in _OF_ESTIMATE:
+            unit = _OF_ESTIMATE[each.unit]
+            size = f"{value_text(each.value, unit)} ± {value_text(each.deviation, unit)}"
+        else:
+            size = f"{stated_text(each.value)} ± {stated_text(each.deviation)} standard deviations"
+        note = "" if each.in_file else "an error that the arm file does not state"
+        rows.append(Row(short_name(each.name), (in_words(size), in_words("stated")), note))
+    return rows
 
 
 def _ideal_rows(known: States) -> list[Row]:
