@@ -10,7 +10,7 @@ import re
 import pytest
 
 import lostmotion
-from lostmotion.analyses.view import panel
+from lostmotion.analyses.view.page import panel
 from lostmotion.analyses.view.session import LiveArm
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.provenance import states

@@ -16,8 +16,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import lostmotion
-from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.cli.app import app
+from lostmotion.comparison.description import ABSENT
 from lostmotion.error_model.differences import ZERO as NOTHING
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import pose_matrix
@@ -44,7 +44,7 @@ VALIDATES = (
             "50 pairs of runs against one of 16 million samples each"
         ),
         "every digit; 1e-9; no more than 8 of 50 intervals of any figure miss",
-        "analyses/compare/comparison.py analyses/compare/compared_arm.py",
+        "comparison/comparison.py comparison/compared_arm.py",
     ),
 )
 

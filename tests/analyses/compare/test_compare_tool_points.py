@@ -19,7 +19,7 @@ VALIDATES = (
             "integral over the elbow's angle"
         ),
         "1e-12; 0.1 % for the mean over 2 048 poses, which its interval contains",
-        "analyses/compare/comparison.py",
+        "comparison/comparison.py",
     ),
 )
 

@@ -52,7 +52,7 @@ SIGN_UP = {
 @pytest.fixture(scope="module")
 def window():
     """Serve one arm."""
-    from lostmotion.analyses.view.window import Window
+    from lostmotion.analyses.view.page.window import Window
 
     arm = lostmotion.read(EXAMPLES / "scara.toml")
     poses = lostmotion.sample_poses(arm, 64)
@@ -377,7 +377,7 @@ def test_a_session_takes_no_value_that_a_file_could_not_state(window):
 
 def test_a_server_that_cannot_be_guarded_is_not_used():
     """Where viser would start it in another way, the view ends with a message."""
-    from lostmotion.analyses.view.guard import Guard
+    from lostmotion.analyses.view.page.guard import Guard
 
     with pytest.raises(lostmotion.LostmotionError, match="protect"), Guard().in_front():
         pass

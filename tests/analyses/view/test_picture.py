@@ -11,8 +11,8 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view import panel
-from lostmotion.analyses.view.picture import (
+from lostmotion.analyses.view.page import panel
+from lostmotion.analyses.view.page.picture import (
     COLOURS,
     Framing,
     classes_of,

@@ -183,9 +183,9 @@ def compare(
 
     """
     asked = read_arguments(compare, locals())
-    from lostmotion.analyses.compare.compared_arm import compared_arm
-    from lostmotion.analyses.compare.comparison import comparison
     from lostmotion.analyses.compare.result import Compare
+    from lostmotion.comparison.compared_arm import compared_arm
+    from lostmotion.comparison.comparison import comparison
 
     asked.ready()
     _refuse_undescribed(asked.arms)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.compare.comparison import Comparison
 from lostmotion.analyses.result import Result
+from lostmotion.comparison.comparison import Comparison
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +29,6 @@ class Compare(Comparison, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.compare.plots import compare_plots
+        from lostmotion.analyses.compare.page.plots import compare_plots
 
         return compare_plots(self)

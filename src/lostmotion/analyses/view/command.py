@@ -74,10 +74,10 @@ def view(
 
     import numpy as np
 
-    from lostmotion.analyses.view.panel import pose_option
-    from lostmotion.analyses.view.picture import first_pose
+    from lostmotion.analyses.view.page.panel import pose_option
+    from lostmotion.analyses.view.page.picture import first_pose
+    from lostmotion.analyses.view.page.window import Window
     from lostmotion.analyses.view.session import Session
-    from lostmotion.analyses.view.window import Window
     from lostmotion.error_model.poses import sample_poses
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.errors import legible

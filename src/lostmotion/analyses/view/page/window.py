@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.controls import Controls
-from lostmotion.analyses.view.guard import Guard
-from lostmotion.analyses.view.picture import Framing, classes_of, enlargement, picked, visible
-from lostmotion.analyses.view.scene import Scene
+from lostmotion.analyses.view.page.controls import Controls
+from lostmotion.analyses.view.page.guard import Guard
+from lostmotion.analyses.view.page.picture import Framing, classes_of, enlargement, picked, visible
+from lostmotion.analyses.view.page.scene import Scene
 from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Refused
 from lostmotion.mechanism.state import tool_points
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lostmotion.analyses.view.picture import Classes
+    from lostmotion.analyses.view.page.picture import Classes
     from lostmotion.analyses.view.session import Session
     from lostmotion.error_model.poses import Poses
 
@@ -57,7 +57,7 @@ class Window:
         """
         import viser
 
-        from lostmotion.analyses.view.scene import meshes_of
+        from lostmotion.analyses.view.page.scene import meshes_of
 
         self._session, self._arm = session, session.arm
         self._guard = Guard()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.compare.figures import measure_of
+from lostmotion.analyses.compare.page.figures import measure_of
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.poses import reachable_points
@@ -32,7 +32,7 @@ from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.compare.comparison import Change, Comparison
+    from lostmotion.comparison.comparison import Change, Comparison
 
 _COLOURS: Final = tuple(
     LIGHT[name] for name in ("robot", "design", "visit", "warn", "other", "quiet")

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.compare.description import ABSENT
+from lostmotion.comparison.description import ABSENT
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits, factor_of, unit_of_length
 from lostmotion.reporting.arm_sheet import sign_of
@@ -24,8 +24,8 @@ from lostmotion.reporting.sheet import (
 )
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.compare.compared_arm import ComparedArm, Measure
-    from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange, ToolDistance
+    from lostmotion.comparison.compared_arm import ComparedArm, Measure
+    from lostmotion.comparison.comparison import Change, Comparison, PartChange, ToolDistance
     from lostmotion.error_model.intervals import Estimate
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.compare.compared_arm import GROUPINGS, Measure, measures
-from lostmotion.analyses.compare.description import (
+from lostmotion.comparison.compared_arm import GROUPINGS, Measure, measures
+from lostmotion.comparison.description import (
     Difference,
     StateChange,
     state_changes,
@@ -27,7 +27,7 @@ from lostmotion.mechanism.state import tool_points
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
+    from lostmotion.comparison.compared_arm import ComparedArm, Grouping
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lostmotion.analyses.view.picture import Framing
+    from lostmotion.analyses.view.page.picture import Framing
     from lostmotion.analyses.view.session import Figures
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.shape import Body

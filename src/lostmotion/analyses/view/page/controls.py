@@ -7,16 +7,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.view import panel
 from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
-from lostmotion.analyses.view.guard import is_number
+from lostmotion.analyses.view.page import panel
+from lostmotion.analyses.view.page.guard import is_number
 from lostmotion.error_model.provenance import states
 from lostmotion.printed import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.view.picture import Classes
+    from lostmotion.analyses.view.page.picture import Classes
     from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Session
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm

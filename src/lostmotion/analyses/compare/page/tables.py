@@ -1,53 +1,45 @@
-"""Sheet of a comparison."""
+"""Tables of a comparison: changes, shares of parts, states, figures, drives, arms and checks."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
-from lostmotion.analyses.compare.figures import (
-    bars,
-    commanded_tool_points,
+from lostmotion.analyses.compare.page.figures import (
     counted,
-    distance_facts,
-    ends,
     figure,
-    measure_of,
     remark,
 )
-from lostmotion.analyses.compare.headline import brief, failing, verdict, warnings, within_of
-from lostmotion.error_model.arrival import arriving
+from lostmotion.analyses.compare.page.headline import (
+    within_of,
+)
+from lostmotion.comparison.description import ABSENT
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.arm_sheet import sign_of
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.chance_levels import REMEDIES
-from lostmotion.reporting.first_order import checked, judged
+from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.layout import key_of
-from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import provenance_facts
 from lostmotion.reporting.sheet import (
     Cell,
     Row,
     Section,
-    Sheet,
     in_words,
     length,
     several,
 )
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.compare.compared_arm import ComparedArm, Group, Grouping
-    from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
-
+    from lostmotion.comparison.compared_arm import ComparedArm, Group, Grouping
+    from lostmotion.comparison.comparison import Change, Comparison, PartChange
 
 _EXACT: Final = "Exact sum over terms; the interval shows what the choice of poses leaves"
 
 
-_GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
+GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
     "accuracy": ("changes", "Accuracy", "change: against the first arm, with its paired interval"),
     "levels": (
         "changes_by_level",
@@ -73,110 +65,7 @@ _GROUPINGS: Final[dict[Grouping, str]] = {
 _MOST_ROWS: Final = 30
 
 
-_SAME: Final = "The same arms, version, seed and counts give the same bytes."
-
-
-_WORDS: Final = (
-    (
-        "change",
-        (
-            "the arm's figure less that of the first arm, from the same robots, visits and sets "
-            "of poses: more precise than the two intervals suggest."
-        ),
-    ),
-    (
-        "no difference seen",
-        (
-            "the interval of the change contains zero: these poses and robots do not show whether "
-            "there is a difference."
-        ),
-    ),
-    (
-        "commanded tool point",
-        "where the nominal geometry of the arm puts the tool; errors are deviations from it.",
-    ),
-    ("equal", "the same to the last digit of the computation, or of the description."),
-    (
-        "share of the change",
-        "contributions of the parts to the change of the r.m.s. error; they add to it.",
-    ),
-    (
-        "sag",
-        (
-            "displacement along gravity that all robots share, mean over the poses; a controller "
-            "that knows the load can compensate it."
-        ),
-    ),
-    (
-        "stated, assumed, ideal",
-        "known from a file or a maker, assumed, or not described and taken as perfect.",
-    ),
-)
-
-
-def compare_sheet(found: Comparison) -> Sheet:
-    """Return the sheet of a comparison."""
-    first = found.arms[0]
-    labels = [each.label for each in found.arms]
-    poses = (
-        several(len(first.poses), "pose")
-        if len({len(each.poses) for each in found.arms}) == 1
-        else "poses of their own"
-    )
-    counts = (
-        f"{poses} x {several(first.sampled.robots, 'robot')} x "
-        f"{several(first.sampled.visits, 'visit')}, same draws"
-    )
-    sheet = Sheet(
-        name=" and ".join([", ".join(labels[:-1]), labels[-1]]),
-        subject="comparison",
-        verdict=verdict(found),
-        cards=(),
-        sections=(
-            *(_changes(found, group) for group in _GROUPS),
-            *commanded_tool_points(found),
-            _values(found),
-            *(
-                section
-                for k, change in enumerate(found.changes)
-                for section in _parts(found, change, k)
-            ),
-            *_states(found),
-            _figures(found),
-            _drives(found),
-            _arms(found),
-            _check(found),
-        ),
-        counts=counts,
-        warnings=warnings(found),
-        notes=(
-            (
-                "not counted: "
-                f"{NOT_COUNTED}{'' if measure_of(found, 'price') else ', prices (none is stated)'}{_without_mass(found)}"  # noqa: E501
-            ),
-            *_notes(found),
-        ),
-        words=_WORDS,
-        source=_source(found, counts),
-        seed=found.seed,
-        facts=_facts(found),
-        bars=bars(found),
-        brief=brief(found),
-    )
-    for each in failing(found):  # without intervals, and with the failure as the headline
-        sheet = replace(
-            checked(sheet, each.sampled.exact, within_of(found, each), each.arm),
-            verdict=sheet.verdict,
-            cards=(),
-        )
-    return sheet
-
-
-def _without_mass(found: Comparison) -> str:
-    return without_mass(model for each in found.arms for model in each.arm.gearboxes_without_mass)
-
-
-def _changes(found: Comparison, group: Group) -> Section:
+def changes_section(found: Comparison, group: Group) -> Section:
     """Return the main tables: every figure of the first arm of this group, and its change in the
     others.
     """
@@ -214,7 +103,7 @@ def _changes(found: Comparison, group: Group) -> Section:
         if two
         else (first.label, *(f"{other.label}, change" for other in others))
     )
-    key, title, note = _GROUPS[group]
+    key, title, note = GROUPS[group]
     return Section(key, title, columns, tuple(rows), note)
 
 
@@ -226,7 +115,8 @@ def _alone(found: Cell, of: ComparedArm | None) -> Cell:
     return replace(found.alone, bound=sign)
 
 
-def _values(found: Comparison) -> Section:
+def values_section(found: Comparison) -> Section:
+    """Return the table of the values in which the files differ."""
     rows = tuple(
         Row(
             each.name,
@@ -250,7 +140,7 @@ def _values(found: Comparison) -> Section:
     )
 
 
-def _parts(found: Comparison, change: Change, index: int) -> list[Section]:
+def parts_sections(found: Comparison, change: Change, index: int) -> list[Section]:
     """Return the error of each part, and of each kind of error, in both arms, and their shares in
     the change of one arm.
     """
@@ -330,7 +220,8 @@ def _shares(key: str, title: str, change: Change, grouping: Grouping) -> Section
     )
 
 
-def _states(found: Comparison) -> list[Section]:
+def states_sections(found: Comparison) -> list[Section]:
+    """Return the table of joints whose errors are stated, assumed or ideal in only some arms."""
     if not found.states:
         return []
     rows = tuple(
@@ -352,7 +243,8 @@ def _states(found: Comparison) -> list[Section]:
     ]
 
 
-def _figures(found: Comparison) -> Section:
+def figures_section(found: Comparison) -> Section:
+    """Return the table of the errors of each arm."""
     rows = tuple(
         Row(
             measure.name,
@@ -370,7 +262,8 @@ def _figures(found: Comparison) -> Section:
     )
 
 
-def _drives(found: Comparison) -> Section:
+def drives_section(found: Comparison) -> Section:
+    """Return the table of the torques that the drives hold."""
     names = list(dict.fromkeys(joint.name for each in found.arms for joint in each.arm.driven))
     rows = []
     for name in names:
@@ -399,7 +292,8 @@ def _drives(found: Comparison) -> Section:
     )
 
 
-def _arms(found: Comparison) -> Section:
+def arms_section(found: Comparison) -> Section:
+    """Return the table of the number of moving joints, mass and payload of each arm."""
     rows = tuple(
         Row(
             each.label,
@@ -415,7 +309,8 @@ def _arms(found: Comparison) -> Section:
     return Section("arms", "The arms", ("moving joints", "mass", "payload"), rows)
 
 
-def _check(found: Comparison) -> Section:
+def check_section(found: Comparison) -> Section:
+    """Return the table of the difference between first order and exact composition."""
     rows = []
     for each in found.arms:
         check, error = each.sampled.exact, within_of(found, each)
@@ -427,80 +322,3 @@ def _check(found: Comparison) -> Section:
         ("largest difference", "of the 95 % error"),
         tuple(rows),
     )
-
-
-def _notes(found: Comparison) -> list[str]:
-    """Return the notes of all arms, those of some only with their labels."""
-    remarks = [each.arm.remarks for each in found.arms]
-    out = []
-    for text in dict.fromkeys(text for each in remarks for text in each):
-        having = [each.label for each, own in zip(found.arms, remarks, strict=True) if text in own]
-        out.append(text if len(having) == len(found.arms) else f"{', '.join(having)}: {text}")
-    return out
-
-
-def _source(found: Comparison, counts: str) -> str:
-    return (
-        f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive "
-        f"{arriving(found.approach)}. {_SAME}"
-    )
-
-
-def _facts(found: Comparison) -> dict[str, Any]:
-    return {
-        "arms": [
-            {
-                "label": each.label,
-                "arm": each.arm.name,
-                "mass_kg": each.arm.mass,
-                "mass_not_stated": list(each.arm.gearboxes_without_mass),
-                "price": each.arm.price,
-                "price_not_stated": list(each.arm.joints_without_price),
-                "poses": {
-                    "count": len(each.poses),
-                    "law": each.poses.law,
-                    "independent_sets": each.poses.replicates,
-                },
-                **provenance_facts(each.known),
-            }
-            for each in found.arms
-        ],
-        "seed": found.seed,
-        "robots": found.arms[0].sampled.robots,
-        "visits": found.arms[0].sampled.visits,
-        "same_joint_values": found.paired,
-        "same_errors": [change.same for change in found.changes],
-        "changes": [_plain(change) for change in found.changes],
-        "commanded_tool_points": [distance_facts(found, change) for change in found.changes],
-        "differences": [
-            {
-                "parts": list(each.parts),
-                "key": "" if each.key == WHOLE_JOINT else each.key,
-                "values": list(each.texts),
-            }
-            for each in found.values
-        ],
-    }
-
-
-def _plain(change: Change) -> dict[str, Any]:
-    """Return all changes of one arm as plain data, in SI; each as value and the ends of its
-    interval.
-    """
-    return {
-        "arm": change.arm.label,
-        "figures": {key: ends(each) for key, each in change.figures.items()},
-        **{
-            grouping: [
-                {
-                    "name": each.part,
-                    "before_m": each.before,
-                    "after_m": each.after,
-                    "alone_m": ends(each.alone),
-                    "share_m": ends(each.share),
-                }
-                for each in items
-            ]
-            for grouping, items in change.by.items()
-        },
-    }

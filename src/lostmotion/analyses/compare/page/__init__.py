@@ -1,0 +1,224 @@
+"""Sheet of a comparison."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.analyses.compare.page.brief import brief
+from lostmotion.analyses.compare.page.figures import (
+    bars,
+    commanded_tool_points,
+    distance_facts,
+    ends,
+    measure_of,
+)
+from lostmotion.analyses.compare.page.headline import (
+    failing,
+    verdict,
+    warnings,
+    within_of,
+)
+from lostmotion.analyses.compare.page.tables import (
+    GROUPS,
+    arms_section,
+    changes_section,
+    check_section,
+    drives_section,
+    figures_section,
+    parts_sections,
+    states_sections,
+    values_section,
+)
+from lostmotion.comparison.description import WHOLE_JOINT
+from lostmotion.error_model.arrival import arriving
+from lostmotion.reporting.first_order import checked
+from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
+from lostmotion.reporting.provenance import provenance_facts
+from lostmotion.reporting.sheet import (
+    Sheet,
+    several,
+)
+
+if TYPE_CHECKING:
+    from lostmotion.comparison.comparison import Change, Comparison
+
+
+_SAME: Final = "The same arms, version, seed and counts give the same bytes."
+
+
+_WORDS: Final = (
+    (
+        "change",
+        (
+            "the arm's figure less that of the first arm, from the same robots, visits and sets "
+            "of poses: more precise than the two intervals suggest."
+        ),
+    ),
+    (
+        "no difference seen",
+        (
+            "the interval of the change contains zero: these poses and robots do not show whether "
+            "there is a difference."
+        ),
+    ),
+    (
+        "commanded tool point",
+        "where the nominal geometry of the arm puts the tool; errors are deviations from it.",
+    ),
+    ("equal", "the same to the last digit of the computation, or of the description."),
+    (
+        "share of the change",
+        "contributions of the parts to the change of the r.m.s. error; they add to it.",
+    ),
+    (
+        "sag",
+        (
+            "displacement along gravity that all robots share, mean over the poses; a controller "
+            "that knows the load can compensate it."
+        ),
+    ),
+    (
+        "stated, assumed, ideal",
+        "known from a file or a maker, assumed, or not described and taken as perfect.",
+    ),
+)
+
+
+def compare_sheet(found: Comparison) -> Sheet:
+    """Return the sheet of a comparison."""
+    first = found.arms[0]
+    labels = [each.label for each in found.arms]
+    poses = (
+        several(len(first.poses), "pose")
+        if len({len(each.poses) for each in found.arms}) == 1
+        else "poses of their own"
+    )
+    counts = (
+        f"{poses} x {several(first.sampled.robots, 'robot')} x "
+        f"{several(first.sampled.visits, 'visit')}, same draws"
+    )
+    sheet = Sheet(
+        name=" and ".join([", ".join(labels[:-1]), labels[-1]]),
+        subject="comparison",
+        verdict=verdict(found),
+        cards=(),
+        sections=(
+            *(changes_section(found, group) for group in GROUPS),
+            *commanded_tool_points(found),
+            values_section(found),
+            *(
+                section
+                for k, change in enumerate(found.changes)
+                for section in parts_sections(found, change, k)
+            ),
+            *states_sections(found),
+            figures_section(found),
+            drives_section(found),
+            arms_section(found),
+            check_section(found),
+        ),
+        counts=counts,
+        warnings=warnings(found),
+        notes=(
+            (
+                "not counted: "
+                f"{NOT_COUNTED}{'' if measure_of(found, 'price') else ', prices (none is stated)'}{_without_mass(found)}"  # noqa: E501
+            ),
+            *_notes(found),
+        ),
+        words=_WORDS,
+        source=_source(found, counts),
+        seed=found.seed,
+        facts=_facts(found),
+        bars=bars(found),
+        brief=brief(found),
+    )
+    for each in failing(found):  # without intervals, and with the failure as the headline
+        sheet = replace(
+            checked(sheet, each.sampled.exact, within_of(found, each), each.arm),
+            verdict=sheet.verdict,
+            cards=(),
+        )
+    return sheet
+
+
+def _notes(found: Comparison) -> list[str]:
+    """Return the notes of all arms, those of some only with their labels."""
+    remarks = [each.arm.remarks for each in found.arms]
+    out = []
+    for text in dict.fromkeys(text for each in remarks for text in each):
+        having = [each.label for each, own in zip(found.arms, remarks, strict=True) if text in own]
+        out.append(text if len(having) == len(found.arms) else f"{', '.join(having)}: {text}")
+    return out
+
+
+def _source(found: Comparison, counts: str) -> str:
+    return (
+        f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive "
+        f"{arriving(found.approach)}. {_SAME}"
+    )
+
+
+def _facts(found: Comparison) -> dict[str, Any]:
+    return {
+        "arms": [
+            {
+                "label": each.label,
+                "arm": each.arm.name,
+                "mass_kg": each.arm.mass,
+                "mass_not_stated": list(each.arm.gearboxes_without_mass),
+                "price": each.arm.price,
+                "price_not_stated": list(each.arm.joints_without_price),
+                "poses": {
+                    "count": len(each.poses),
+                    "law": each.poses.law,
+                    "independent_sets": each.poses.replicates,
+                },
+                **provenance_facts(each.known),
+            }
+            for each in found.arms
+        ],
+        "seed": found.seed,
+        "robots": found.arms[0].sampled.robots,
+        "visits": found.arms[0].sampled.visits,
+        "same_joint_values": found.paired,
+        "same_errors": [change.same for change in found.changes],
+        "changes": [_plain(change) for change in found.changes],
+        "commanded_tool_points": [distance_facts(found, change) for change in found.changes],
+        "differences": [
+            {
+                "parts": list(each.parts),
+                "key": "" if each.key == WHOLE_JOINT else each.key,
+                "values": list(each.texts),
+            }
+            for each in found.values
+        ],
+    }
+
+
+def _plain(change: Change) -> dict[str, Any]:
+    """Return all changes of one arm as plain data, in SI; each as value and the ends of its
+    interval.
+    """
+    return {
+        "arm": change.arm.label,
+        "figures": {key: ends(each) for key, each in change.figures.items()},
+        **{
+            grouping: [
+                {
+                    "name": each.part,
+                    "before_m": each.before,
+                    "after_m": each.after,
+                    "alone_m": ends(each.alone),
+                    "share_m": ends(each.share),
+                }
+                for each in items
+            ]
+            for grouping, items in change.by.items()
+        },
+    }
+
+
+def _without_mass(found: Comparison) -> str:
+    return without_mass(model for each in found.arms for model in each.arm.gearboxes_without_mass)

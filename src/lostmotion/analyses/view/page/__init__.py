@@ -1,0 +1,1 @@
+"""The view in the browser: scene and panel on a server of this computer."""
