@@ -66,7 +66,7 @@ def _pages(module: str) -> set[str]:
     """Return the pages that the results of a module load when they are asked for."""
     path = ROOT / "src" / Path(*module.split(".")).with_suffix(".py")
     text = path.read_text("utf-8") if path.is_file() else ""
-    named = re.findall(r'^    page = "(\w+)"$', text, re.MULTILINE)
+    named = re.findall(r'^    page = "([\w.]+)"$', text, re.MULTILINE)
     room = module.rpartition(".")[0]
     return {f"{room}.{page}" for page in named or ["page"] if "Result)" in text}
 

@@ -9,7 +9,7 @@ import re
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.selection_page import not_counted
+from lostmotion.analyses.sizing.page.selection import not_counted
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.upper_limits import limit_shares
 from tests.reporting.first_screen import first_screen

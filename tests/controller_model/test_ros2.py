@@ -12,7 +12,7 @@ import pytest
 from lxml import etree
 
 import lostmotion
-from lostmotion.analyses.export.ros2 import package_name
+from lostmotion.io.ros2_package import package_name
 from tests.parts.random_arms import EXAMPLES
 
 yaml = pytest.importorskip("yaml")

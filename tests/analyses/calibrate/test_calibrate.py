@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.calibrate.planned import corrected_radius
+from lostmotion.analyses.calibrate.answer import corrected_radius
 from lostmotion.calibration.alignment import align
 from lostmotion.calibration.correction import expected_tool
 from lostmotion.calibration.geometry import exact_chain, mdh_of

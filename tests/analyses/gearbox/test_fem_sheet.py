@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.gearbox.fem_page import fem_plots
+from lostmotion.analyses.gearbox.page.fem import fem_plots
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.io.vtu import vtu
 from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, nominal_gaps

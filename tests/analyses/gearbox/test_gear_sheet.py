@@ -21,8 +21,8 @@ import pytest
 import lostmotion
 from lostmotion import InputError, LostmotionError
 from lostmotion.analyses.gearbox.gear import gear
-from lostmotion.analyses.gearbox.loop import over_samples
-from lostmotion.analyses.gearbox.plots import gearbox_plots
+from lostmotion.analyses.gearbox.page.loop import over_samples
+from lostmotion.analyses.gearbox.page.plots import gearbox_plots
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.io import dxf
 from lostmotion.io.part_file import read_gearbox

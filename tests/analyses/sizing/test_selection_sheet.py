@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.plots import selection_plots
+from lostmotion.analyses.sizing.page.plots import selection_plots
 from lostmotion.analyses.sizing.selection import StudySize, select_parts
 from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.io.arm_writer import reads_back, sized_text

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.plots import sizing_plots
+from lostmotion.analyses.sizing.page.plots import sizing_plots
 from lostmotion.io import sizing as request
 from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request

@@ -182,8 +182,7 @@ def calibrate(
         raise refuse_argument("measured, plan", nothing, "one of them", measured="visits.csv")
     asked = read_arguments(calibrate, locals())
     _refuse_unused(asked)
-    from lostmotion.analyses.calibrate.answer import calibrated
-    from lostmotion.analyses.calibrate.planned import planned_poses
+    from lostmotion.analyses.calibrate.answer import calibrated, planned_poses
     from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
     from lostmotion.calibration.robot import WrongArmError
     from lostmotion.calibration.validation import numbered

@@ -6,9 +6,7 @@ import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.calibrate.answer import CalibrationAnswer
-from lostmotion.analyses.calibrate.imported import ImportedErrors
-from lostmotion.analyses.calibrate.planned import PlannedPoses
+from lostmotion.analyses.calibrate.answer import CalibrationAnswer, ImportedErrors, PlannedPoses
 from lostmotion.analyses.result import Result
 
 if TYPE_CHECKING:
@@ -63,7 +61,7 @@ class Calibrated(CalibrationAnswer, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.calibrate.plots import calibrated_plots
+        from lostmotion.analyses.calibrate.page.plots import calibrated_plots
 
         return calibrated_plots(self)
 
@@ -108,7 +106,7 @@ class CalibrationPlan(PlannedPoses, Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.calibrate.planned import planned_sheet
+        from lostmotion.analyses.calibrate.page.planned import planned_sheet
 
         return planned_sheet(self)
 
@@ -131,7 +129,7 @@ class MakerCalibration(Result, ImportedErrors):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.calibrate.imported import imported_sheet
+        from lostmotion.analyses.calibrate.page.imported import imported_sheet
 
         return imported_sheet(self)
 

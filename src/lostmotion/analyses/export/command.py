@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
 from lostmotion.analyses.arguments import (
     ArmArgument,
@@ -12,12 +12,51 @@ from lostmotion.analyses.arguments import (
 )
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
+from lostmotion.errors import OutputExistsError, refuse_argument
+from lostmotion.reporting.folder import write_file
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from lostmotion.controller_model.controller import Controller
+
+# By this file an earlier export is recognised.
+_MARKS: Final = ("src/lm_model.h", "model/src/lm_model.h")
+
+
+def write_files(files: Mapping[str, str], out: Path, *, force: bool) -> Path:
+    """Write files, by their path within the folder `out`, and return the folder.
+
+    Raises OutputExistsError where the folder has files and `force` is not set or they are no
+    earlier export, LostmotionError where it cannot be written. With `force` files of other names
+    stay.
+    """
+    if not force and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputExistsError(
+            f"'{out}' exists\n  replace its files with --force (force=True in Python), or name "
+            "another folder with --out"
+        )
+    if out.is_dir() and any(out.iterdir()) and not any((out / mark).exists() for mark in _MARKS):
+        raise OutputExistsError(
+            f"'{out}' has files that are no export\n  name another folder with --out"
+        )
+    for name, content in files.items():
+        write_file(content.encode(), out / name, force=True)
+    return out
+
+
+def write_fmu(out: Path, content: bytes, *, force: bool) -> Path:
+    """Write an FMU and return its path.
+
+    Raises InputError for a name without .fmu, OutputExistsError where it exists and `force` is not
+    set, LostmotionError as `write_files`.
+    """
+    if out.suffix.lower() != ".fmu":
+        raise refuse_argument("out", str(out), "a file that ends in .fmu", out="arm.fmu")
+    return write_file(content, out, force=force)
+
 
 _LargestPayload: TypeAlias = Annotated[
     Amount | None,
@@ -127,8 +166,6 @@ def export_c(
 
     """
     asked = read_arguments(export_c, locals())
-    from lostmotion.analyses.export.folder import write_files
-
     model, files, about = _sources(asked, single=asked.precision == "float", unroll=asked.unroll)
     folder = write_files(files, asked.out, force=asked.force)
     return {
@@ -164,8 +201,7 @@ def export_ros2(
     """
     asked = read_arguments(export_ros2, locals())
     from lostmotion.analyses.export.c_files import bulleted, markdown
-    from lostmotion.analyses.export.folder import write_files
-    from lostmotion.analyses.export.ros2 import package_name, ros2_files
+    from lostmotion.io.ros2_package import package_name, ros2_files
 
     model, sources, about = _sources(asked)
     title, remarks = markdown(model.tables.name), bulleted(about["remarks"])
@@ -204,7 +240,6 @@ def export_fmu(
     """
     asked = read_arguments(export_fmu, locals())
     from lostmotion.analyses.export.fmu import fmu
-    from lostmotion.analyses.export.folder import write_fmu
 
     model, sources, about = _sources(asked)
     content, folder = fmu(model, sources, asked.version)

@@ -94,7 +94,7 @@ def torque_of(gearbox: ErrorSource, *, from_zero: bool = False) -> Quantity:
     """Return what may be asked of this gearbox at its output: a torque, or of a drive that slides a
     force.
     """
-    from lostmotion.analyses.gearbox.stated import units_of
+    from lostmotion.analyses.gearbox.page.stated import units_of
 
     si = units_of(gearbox).torque
     example = "200 N m" if si == "N m" else "500 N"

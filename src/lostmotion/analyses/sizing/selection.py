@@ -142,7 +142,7 @@ class Selection(SizedArmResult):
     source: Path | None = None
     sidecar: Path | None = None
 
-    page = "selection_page"
+    page = "page.selection"
 
     @property
     def quantity(self) -> str:

@@ -140,7 +140,7 @@ class Size(SizedArmResult):
     source: Path | None = None
     sidecar: Path | None = None
 
-    page = "sizing_page"
+    page = "page.sizing"
 
     @property
     def meets_limits(self) -> bool:

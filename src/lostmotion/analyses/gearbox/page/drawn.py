@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.contacts import OVERSTATED, notes_on_friction
-from lostmotion.analyses.gearbox.loop import is_known, over_samples
-from lostmotion.analyses.gearbox.stated import TURNING
+from lostmotion.analyses.gearbox.page.contacts import OVERSTATED, notes_on_friction
+from lostmotion.analyses.gearbox.page.loop import is_known, over_samples
+from lostmotion.analyses.gearbox.page.stated import TURNING
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.parts.gearbox.cycloidal.examined import LIGHT
@@ -23,7 +23,7 @@ from lostmotion.reporting.sheet import Card, Cell, table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lostmotion.analyses.gearbox.loop import Bound
+    from lostmotion.analyses.gearbox.page.loop import Bound
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing, Lobes
     from lostmotion.reporting.sheet import Section

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.gearbox.contacts import (
+from lostmotion.analyses.gearbox.page.contacts import (
     branches_sections,
     friction_facts,
     friction_sections,
     geometry_section,
     lobes_section,
 )
-from lostmotion.analyses.gearbox.drawn import (
+from lostmotion.analyses.gearbox.page.drawn import (
     cards_of_drawing,
     doubts_of_drawing,
     members_section,
@@ -19,8 +19,8 @@ from lostmotion.analyses.gearbox.drawn import (
     transmission_section,
     verdict_of_drawing,
 )
-from lostmotion.analyses.gearbox.fem_page import fem_cards, fem_plots, fem_sections, fem_sentences
-from lostmotion.analyses.gearbox.loop import (
+from lostmotion.analyses.gearbox.page.fem import fem_cards, fem_plots, fem_sections, fem_sentences
+from lostmotion.analyses.gearbox.page.loop import (
     bands_facts,
     bands_sections,
     first_sentence,
@@ -28,8 +28,8 @@ from lostmotion.analyses.gearbox.loop import (
     stiffness_band,
     with_band,
 )
-from lostmotion.analyses.gearbox.plots import gearbox_plots
-from lostmotion.analyses.gearbox.stated import (
+from lostmotion.analyses.gearbox.page.plots import gearbox_plots
+from lostmotion.analyses.gearbox.page.stated import (
     TURNING,
     cards_of_figures,
     doubts_of_figures,
@@ -47,7 +47,7 @@ from lostmotion.reporting.sheet import Sheet
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import Gear
-    from lostmotion.analyses.gearbox.stated import Units
+    from lostmotion.analyses.gearbox.page.stated import Units
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing
     from lostmotion.parts.gearbox.kinds import StatedGearbox

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from lostmotion.analyses.sizing.plots import selection_plots as plots
+from lostmotion.analyses.sizing.page.plots import selection_plots as plots
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass

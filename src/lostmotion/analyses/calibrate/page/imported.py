@@ -1,30 +1,14 @@
-"""A maker's calibration as errors of the arm."""
+"""Sheet of a maker's calibration."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from lostmotion.analyses.calibrate.answer import size
-from lostmotion.calibration.chain import ChainErrors
+from lostmotion.analyses.calibrate.answer import ImportedErrors, size
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.sheet import Card, Cell, Sheet, length, table
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from lostmotion.mechanism.arm import Arm
-
 _SHOWN: Final = 60
-
-
-@dataclass(frozen=True, repr=False)
-class ImportedErrors(ChainErrors):
-    """A maker's calibration as errors of the arm: every attribute of `ChainErrors`."""
-
-    robot: Arm
-    file: Path
-    digest: str
 
 
 def imported_sheet(found: ImportedErrors) -> Sheet:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sizing.plots import sizing_plots as plots
+from lostmotion.analyses.sizing.page.plots import sizing_plots as plots
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
 from lostmotion.printed import ARCMIN

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.drawn import scatter
-from lostmotion.analyses.gearbox.loop import Shown
-from lostmotion.analyses.gearbox.profile import profile
-from lostmotion.analyses.gearbox.stated import units_of
+from lostmotion.analyses.gearbox.page.drawn import scatter
+from lostmotion.analyses.gearbox.page.loop import Shown
+from lostmotion.analyses.gearbox.page.profile import profile
+from lostmotion.analyses.gearbox.page.stated import units_of
 from lostmotion.parts.gearbox.cycloidal.examined import SHOWN
 from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.printed import ARCMIN, ARCSEC, factor_of
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lostmotion.analyses.gearbox.gear import Gear, Loop
-    from lostmotion.analyses.gearbox.stated import Units
+    from lostmotion.analyses.gearbox.page.stated import Units
     from lostmotion.laws.torque_angle import CurveReadings
     from lostmotion.parts.gearbox.cycloidal.examined import Lobes, Transmission
     from lostmotion.spatial import Floats

@@ -8,8 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.calibrate.answer import PARTLY, UNRESOLVED, size
-from lostmotion.analyses.calibrate.planned import corrected_radius, next_poses
+from lostmotion.analyses.calibrate.answer import (
+    PARTLY,
+    UNRESOLVED,
+    corrected_radius,
+    next_poses,
+    size,
+)
 from lostmotion.calibration.terms import is_frame
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.joint_values import joint_values

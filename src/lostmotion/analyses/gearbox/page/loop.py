@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeGuard
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.stated import (
+from lostmotion.analyses.gearbox.page.stated import (
     OF_LOOP,
     OF_PLAY,
     STATED,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.analyses.gearbox.gear import Gear, Loop
-    from lostmotion.analyses.gearbox.stated import Units
+    from lostmotion.analyses.gearbox.page.stated import Units
     from lostmotion.laws.torque_angle import CurveReadings
     from lostmotion.parts.gearbox.bands import GearBands
     from lostmotion.reporting.sheet import Section

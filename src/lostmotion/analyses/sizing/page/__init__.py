@@ -1,0 +1,1 @@
+"""Pages of sized links and of selected parts."""
