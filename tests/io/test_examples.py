@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.tables.study import sections
+from lostmotion.analyses.accuracy.page import sections
 from lostmotion.catalogue import materials
 from lostmotion.mechanism.state import state_of
 from tests.io.conftest import EXAMPLES

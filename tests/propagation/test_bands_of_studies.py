@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.tables.study import sheet
+from lostmotion.analyses.accuracy.page import sheet
 from lostmotion.band import Band
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses

@@ -7,7 +7,7 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses, worst_case
-from lostmotion.analyses.accuracy.workspace import workspace
+from lostmotion.accuracy.workspace import workspace
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile

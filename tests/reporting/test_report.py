@@ -23,9 +23,9 @@ import xarray
 from rich.console import Console
 
 from lostmotion import LostmotionError, OutputExistsError
-from lostmotion.analyses.accuracy.plots.study import plots
+from lostmotion.analyses.accuracy.page import sections, sheet
+from lostmotion.analyses.accuracy.page.plots.study import plots
 from lostmotion.analyses.accuracy.result import Study
-from lostmotion.analyses.accuracy.tables.study import sections, sheet
 from lostmotion.printed import ARCMIN, ARCSEC
 from lostmotion.reporting import folder as folder_of_report
 from lostmotion.reporting.joint_values import joint_value

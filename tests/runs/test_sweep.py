@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.tables.budget import REMEDIES
+from lostmotion.analyses.accuracy.page.budget import REMEDIES
 from lostmotion.analyses.sweep.plots import over_two, sweep_plots
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.io.sweep import Axis, changes, designs

@@ -36,7 +36,6 @@ DEFAULT_ROBOTS: Final = 1000
 DEFAULT_VISITS: Final = 30
 Approach = Literal["random", "up", "down"]
 PoseChoice = Literal["sobol", "uniform", "normal", "grid"]
-Method = Literal["montecarlo", "analytic", "both"]
 # The words for `approach`, with the sign of every joint's last motion; zero where it differs from
 # visit to visit.
 _SIGNS: Final = {"random": 0.0, "up": 1.0, "down": -1.0}

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.drive_classes import class_figures
-from lostmotion.analyses.accuracy.tables.drive_classes import rounded_length
+from lostmotion.accuracy.drive_classes import class_figures
+from lostmotion.analyses.accuracy.page.drive_classes import rounded_length
 from lostmotion.catalogue.drive_classes import drive_classes
 from lostmotion.io.drive_classes import class_of_arm, with_class
 from lostmotion.propagation.iso9283.cube import cube_from_arguments
@@ -24,7 +24,7 @@ VALIDATES = (
         "RP of the ISO cycle by class of drive, a sum over terms at poses of the whole workspace",
         "100 robots drawn one by one in the standard's cycle",
         "factor of 1.5",
-        "analyses/accuracy/drive_classes.py",
+        "accuracy/drive_classes.py",
     ),
 )
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars, rms_bars
+from lostmotion.analyses.accuracy.page.first_screen import blame_bars, remedy_bars, rms_bars
 from lostmotion.error_model.budget import Cost
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.remedies import OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN, STAGES

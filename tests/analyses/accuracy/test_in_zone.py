@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.route import Route
-from lostmotion.analyses.accuracy.tables.zone import stopped_in
+from lostmotion.accuracy.route import Route
+from lostmotion.analyses.accuracy.page.zone import stopped_in
 from lostmotion.error_model import pose_selection
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
 from lostmotion.error_model.pose_matrix import pose_matrix

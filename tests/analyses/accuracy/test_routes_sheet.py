@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.tables.analytic import comparisons
+from lostmotion.analyses.accuracy.page.beside_sampling import comparisons
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.propagation.error_samples import Summed
 from lostmotion.reporting.layout import row_at

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.plots.study import plots as arm_plots
-from lostmotion.analyses.accuracy.tables.study import sections
+from lostmotion.analyses.accuracy.page import sections
+from lostmotion.analyses.accuracy.page.plots.study import plots as arm_plots
 from lostmotion.analyses.statics.page import statics_sheet
 from lostmotion.analyses.statics.page.plots import statics_plots
 from lostmotion.analyses.statics.survey import Survey

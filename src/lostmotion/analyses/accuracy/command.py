@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypedDict, Unpack, overload
 
+from lostmotion.accuracy import Method
 from lostmotion.analyses.arguments import (
     DEFAULT_POSES,
     DEFAULT_ROBOTS,
@@ -15,7 +16,6 @@ from lostmotion.analyses.arguments import (
     ApproachArgument,
     ArmArgument,
     CalibrationArgument,
-    Method,
     PoseChoice,
     PoseLawArgument,
     PosesArgument,
@@ -187,9 +187,8 @@ def study(
 
     """
     asked = read_arguments(study, locals())
-    from lostmotion.analyses.accuracy.route import Route
-    from lostmotion.analyses.accuracy.study import carry_out
-    from lostmotion.analyses.accuracy.undescribed import undescribed
+    from lostmotion.accuracy.route import Route
+    from lostmotion.analyses.accuracy.study import carry_out, undescribed
     from lostmotion.analyses.result import PartialResultError
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.propagation.montecarlo.blocks import check_device

@@ -6,12 +6,19 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Self, cast
 
-from lostmotion.analyses.accuracy.answer import Answer
-from lostmotion.analyses.accuracy.attribution import Attributed
+from lostmotion.accuracy.answer import Answer
+from lostmotion.analyses.arguments import pose_of, zones_of
 from lostmotion.analyses.result import Result, frame_of, netcdf
-from lostmotion.errors import nearest
+from lostmotion.error_model.budget import budget, costs, tally
+from lostmotion.error_model.pose_selection import in_zone, one_pose
+from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.provenance import states
+from lostmotion.error_model.trust import refuse_untrusted
+from lostmotion.errors import nearest, refuse_argument
+from lostmotion.mechanism.state import tool_points
+from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,17 +26,82 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray
 
-    from lostmotion.analyses.accuracy.drive_classes import ClassFigures
-    from lostmotion.analyses.accuracy.route import FoundInZone
-    from lostmotion.error_model.budget import Budget, Halving
+    from lostmotion.accuracy.drive_classes import ClassFigures
+    from lostmotion.accuracy.route import FoundInZone
+    from lostmotion.analyses.arguments import At, Zone
+    from lostmotion.error_model.budget import Budget, By, Cost, Halving
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.poses import Poses
+    from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.error_samples import Errors, Summed
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.spatial import Floats
+
+
+class Attributed:
+    """A study, sampled or not, of which part is to blame; a dataclass that has these six gains the
+    two questions below.
+    """
+
+    if TYPE_CHECKING:
+        arm: Arm
+        poses: Poses
+        seed: int
+        approach: float
+        threads: int
+        budgets: tuple[Budget, ...]
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
+        return states(self.arm)
+
+    def costs(
+        self, by: By = "part", *, at: At | None = None, zone: Zone | None = None
+    ) -> list[Cost]:
+        """Return the error budget by part, cause, level or term, largest first: over all poses, at
+        one of them, or in a zone. Exact, no sampling.
+
+        at    a pose: its number in the study, "A=30deg B=-10deg", or joint values (joint,), text
+              with a unit or rad and m
+        zone  "x 0.2..0.5 m" in the base's axes, ends as quantities, {"x": ("200 mm", 0.5)}, or
+              which poses are in it (pose,)
+
+        Shares add to one. Raises InputError for a pose that there is not or a zone that no pose
+        reaches.
+        """
+        q, _ = self._where(at, zone)
+        return costs(tally(self.arm, q, by, approach=self.approach))
+
+    def with_budget(self, *, at: At | None = None, zone: Zone | None = None) -> Self:
+        """Return the same study with the error budget at a pose or in a zone, and the effect of
+        halving; arguments and errors as `costs`.
+        """
+        from lostmotion.propagation.montecarlo.sensitivity import halving_at
+
+        q, where = self._where(at, zone)
+        gains = halving_at(
+            self.arm, Poses(q, "given"), self.seed, approach=self.approach, threads=self.threads
+        )
+        found = replace(budget(self.arm, q, where, approach=self.approach), halving=gains)
+        return cast("Self", replace(cast("Any", self), budgets=(*self.budgets, found)))
+
+    def _where(self, at: At | None, zone: Zone | None) -> tuple[Floats, str]:
+        if at is not None and zone is not None:
+            raise refuse_argument("at, zone", "both", "one of them, or none for all poses", at=0)
+        if at is not None:
+            q, name = one_pose(self.poses.q, pose_of("at", at, {"arm": self.arm}))
+            from lostmotion.reporting.joint_values import joint_values
+
+            refuse_untrusted(self.arm, q, 0.0)
+            return q, f"{name}, {joint_values(self.arm, q[0])}"
+        if zone is not None:
+            mask, name = in_zone(tool_points(self.arm, self.poses.q), zones_of("zone", zone)[0])
+            return self.poses.q[mask], f"{name}, {int(mask.sum())} of {len(mask)} poses"
+        return self.poses.q, f"over {several(len(self.poses), 'pose')}"
 
 
 # Short names of the figures that are asked for first.
@@ -86,26 +158,26 @@ class Study(Answer, Figured, Attributed, Result):
         """Return workspace, error, AP and RP, error budget and torques, each figure with its
         interval and sample.
         """
-        from lostmotion.analyses.accuracy.tables.study import sheet
+        from lostmotion.analyses.accuracy.page import sheet
 
         return sheet(self)
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.accuracy.plots.study import plots
+        from lostmotion.analyses.accuracy.page.plots.study import plots
 
         return plots(self)
 
     def _first_plot(self) -> Plot:
-        from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace
-        from lostmotion.analyses.accuracy.plots.study import pose_errors
+        from lostmotion.analyses.accuracy.page.plots.arm import arm_in_workspace
+        from lostmotion.analyses.accuracy.page.plots.study import pose_errors
 
         return next(arm_in_workspace(pose_errors(self)))
 
     def arrays(self) -> xarray.Dataset:
         """Return every result per pose and per robot with its name, unit and coordinates."""
-        from lostmotion.analyses.accuracy.arrays import dataset
+        from lostmotion.analyses.accuracy.page.arrays import dataset
 
         return dataset(self)
 
@@ -115,7 +187,7 @@ class Study(Answer, Figured, Attributed, Result):
 
     def __repr__(self) -> str:
         """Return the main figures, one a line."""
-        from lostmotion.analyses.accuracy.tables.study import sections
+        from lostmotion.analyses.accuracy.page import sections
         from lostmotion.reporting.provenance import missing_clause
 
         wanted = {"error": 4, "iso9283": 4, "budget": 3}
@@ -188,8 +260,8 @@ class AnalyticStudy(Figured, Attributed, Result):
     @functools.cached_property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.accuracy.tables.analytic import analytic_sheet
-        from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
+        from lostmotion.analyses.accuracy.page.analytic import analytic_sheet
+        from lostmotion.analyses.accuracy.page.drive_classes import with_classes
 
         blame = replace(self.budget, halving=self.halving)
         sheet = analytic_sheet(
@@ -208,8 +280,8 @@ class AnalyticStudy(Figured, Attributed, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.accuracy.plots.arm import PicturedErrors, arm_in_workspace
-        from lostmotion.analyses.accuracy.plots.budget import of_budget
+        from lostmotion.analyses.accuracy.page.plots.arm import PicturedErrors, arm_in_workspace
+        from lostmotion.analyses.accuracy.page.plots.budget import of_budget
         from lostmotion.error_model.poses import reachable_points
         from lostmotion.mechanism.state import tool_points
 
@@ -225,7 +297,7 @@ class AnalyticStudy(Figured, Attributed, Result):
 
     def arrays(self) -> xarray.Dataset:
         """Return every figure per pose with its uncertainty, name, unit and coordinates."""
-        from lostmotion.analyses.accuracy.arrays import analytic_dataset
+        from lostmotion.analyses.accuracy.page.arrays import analytic_dataset
 
         return analytic_dataset(self.arm, self.poses, self.analytic, self.zones)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.accuracy.answer import Answer
+from lostmotion.accuracy.answer import Answer
 from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
     DEFAULT_VISITS,

@@ -16,7 +16,7 @@ from lostmotion.propagation.montecarlo.stopping import run_until
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.arguments import Method
+    from lostmotion.accuracy import Method
     from lostmotion.error_model.pose_selection import InZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm

@@ -8,7 +8,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.accuracy.drive_classes import ClassFigures
+from lostmotion.accuracy.drive_classes import ClassFigures
 from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.reporting.provenance import missing_sentences, rests_on_sentences
 from lostmotion.reporting.sheet import Cell, Row, Section

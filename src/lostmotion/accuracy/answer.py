@@ -6,7 +6,7 @@ import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.accuracy.workspace import Workspace, workspace
+from lostmotion.accuracy.workspace import Workspace, workspace
 from lostmotion.error_model.budget import Budget, Halving, budget
 from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.poses import POSE_LAWS
@@ -19,13 +19,12 @@ from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, waterfall
-from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.accuracy.drive_classes import ClassFigures
-    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.accuracy.drive_classes import ClassFigures
+    from lostmotion.accuracy.route import FoundInZone
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
@@ -132,7 +131,7 @@ def answer(
     blame = budget(
         arm,
         poses.q,
-        f"over {several(len(poses), 'pose')}",
+        f"over {len(poses)} pose{'s' if len(poses) > 1 else ''}",
         approach=approach,
         replicates=poses.replicates,
         many=many,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.tables.zone import seen_in
+from lostmotion.analyses.accuracy.page.zone import seen_in
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.error_model.remedies import MEASURED
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.accuracy.answer import Answer
-    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.accuracy.answer import Answer
+    from lostmotion.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Cost
     from lostmotion.propagation.montecarlo.waterfall import Waterfall
     from lostmotion.spatial import Floats

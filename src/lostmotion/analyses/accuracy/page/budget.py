@@ -14,7 +14,7 @@ from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, length, 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.accuracy.answer import Answer
     from lostmotion.error_model.budget import Budget, Cost, Halving
     from lostmotion.error_model.intervals import Estimate
 

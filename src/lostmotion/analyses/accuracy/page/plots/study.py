@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.plots.arm import PicturedErrors, arm_in_workspace, sections_of
-from lostmotion.analyses.accuracy.plots.budget import (
+from lostmotion.analyses.accuracy.page.plots.arm import (
+    PicturedErrors,
+    arm_in_workspace,
+    sections_of,
+)
+from lostmotion.analyses.accuracy.page.plots.budget import (
     CAUSES_TEXT,
     LEVELS_TEXT,
     at_places,
@@ -20,7 +24,7 @@ from lostmotion.analyses.accuracy.plots.budget import (
     levels,
     waterfall,
 )
-from lostmotion.analyses.accuracy.tables.zone import seen_in
+from lostmotion.analyses.accuracy.page.zone import seen_in
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile
 from lostmotion.printed import factor_of, unit_of_length
@@ -49,7 +53,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.accuracy.answer import Answer
 
 
 def plots(answer: Answer) -> list[Plot]:

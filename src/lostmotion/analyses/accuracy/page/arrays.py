@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.tables.zone import seen_in
+from lostmotion.analyses.accuracy.page.zone import seen_in
 from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.mechanism.holding_torques import holding_torques
 from lostmotion.mechanism.state import tool_points
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from lostmotion.analyses.accuracy.answer import Answer
-    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.accuracy.answer import Answer
+    from lostmotion.accuracy.route import FoundInZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
+from lostmotion.analyses.accuracy.page.error import error_section, iso_section
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_mean
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
@@ -16,8 +16,8 @@ from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, length, 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lostmotion.analyses.accuracy.answer import Answer
-    from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.accuracy.answer import Answer
+    from lostmotion.accuracy.route import FoundInZone
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.propagation.montecarlo.repeatability import Repeatability

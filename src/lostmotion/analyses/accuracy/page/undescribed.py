@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.accuracy.tables.drive_classes import (
+from lostmotion.analyses.accuracy.page.arm import torques_section, workspace_section
+from lostmotion.analyses.accuracy.page.drive_classes import (
     class_facts,
     class_section,
     class_sentence,
 )
-from lostmotion.analyses.accuracy.tables.joints import torques_section
-from lostmotion.analyses.accuracy.tables.study import workspace_section
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.sheet import Card, Lines, Sheet, several
@@ -19,8 +18,8 @@ from lostmotion.reporting.sheet import Card, Lines, Sheet, several
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.accuracy.drive_classes import ClassFigures
-    from lostmotion.analyses.accuracy.workspace import Workspace
+    from lostmotion.accuracy.drive_classes import ClassFigures
+    from lostmotion.accuracy.workspace import Workspace
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque

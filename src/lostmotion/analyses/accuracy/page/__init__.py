@@ -4,32 +4,37 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.accuracy.tables.bands import (
-    bands_clause,
-    bands_facts,
-    bands_sections,
-    with_band,
+from lostmotion.analyses.accuracy.page.arm import (
+    bending_sections,
+    joints_section,
+    servo_sections,
+    workspace_section,
 )
-from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
-from lostmotion.analyses.accuracy.tables.brief import brief_of
-from lostmotion.analyses.accuracy.tables.budget import (
+from lostmotion.analyses.accuracy.page.budget import (
     budget_section,
     by_level_sections,
     causes_section,
     levels_section,
     requested_sections,
 )
-from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
-from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
-from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
-from lostmotion.analyses.accuracy.tables.joints import joints_section
-from lostmotion.analyses.accuracy.tables.repeatability import (
+from lostmotion.analyses.accuracy.page.drive_classes import with_classes
+from lostmotion.analyses.accuracy.page.error import (
+    bands_clause,
+    bands_facts,
+    bands_sections,
+    error_section,
+    few_poses,
+    iso_section,
+    with_band,
+)
+from lostmotion.analyses.accuracy.page.first_screen import blame_bars, brief_of, remedy_bars
+from lostmotion.analyses.accuracy.page.headline import headline, remedy_sentence
+from lostmotion.analyses.accuracy.page.repeatability import (
     made_of_sections,
     one_sided_bounded,
     with_made_of_bars,
 )
-from lostmotion.analyses.accuracy.tables.servos import servo_sections
-from lostmotion.analyses.accuracy.tables.zone import (
+from lostmotion.analyses.accuracy.page.zone import (
     WHOLE,
     stopping_section,
     waterfall_section,
@@ -44,7 +49,6 @@ from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.trust import trust_remarks
 from lostmotion.error_model.upper_limits import with_limits
-from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.error_samples import Summed
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.propagation.figures import HEADLINE, figures_of
@@ -59,13 +63,13 @@ from lostmotion.reporting.warnings import overload_warnings
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lostmotion.analyses.accuracy.answer import Answer
-    from lostmotion.analyses.accuracy.route import FoundInZone
-    from lostmotion.analyses.accuracy.workspace import Workspace
+    from lostmotion.accuracy.answer import Answer
+    from lostmotion.accuracy.route import FoundInZone
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
     from lostmotion.propagation.figures import Figure
     from lostmotion.reporting.sheet import Bars
+
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (
@@ -194,7 +198,7 @@ def sections(answer: Answer) -> list[Section]:
         *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),
         *by_level_sections(answer.budget),
         *requested_sections(answer.places),
-        *_bending(answer),
+        *bending_sections(answer),
         joints_section(answer, states(answer.arm)),
         _check(answer),
     ]
@@ -202,11 +206,11 @@ def sections(answer: Answer) -> list[Section]:
         found.append(stopping_section(answer.stopping, WHOLE if answer.zones else ""))
         found += zone_stopping(answer.zones)
     if answer.analytic is not None and answer.pooled is not None:
-        from lostmotion.analyses.accuracy.tables.analytic import (
+        from lostmotion.analyses.accuracy.page.analytic import (
             analytic_section,
             analytic_zone_sections,
-            comparisons,
         )
+        from lostmotion.analyses.accuracy.page.beside_sampling import comparisons
 
         errors = Summed.of(answer.pooled, answer.budget.squares)
         whole = analytic_section(answer.arm, answer.poses, answer.analytic, errors)
@@ -216,100 +220,6 @@ def sections(answer: Answer) -> list[Section]:
             *analytic_zone_sections(answer.arm, answer.zones, whole),
         ]
     return found
-
-
-def workspace_section(space: Workspace) -> Section:
-    """Return the section of the workspace."""
-    counted = f"{several(len(space.points), 'pose')}, {space.law}"
-    rows = [
-        Row(
-            "reach from the base",
-            (length(space.reach, samples=counted),),
-            "largest of the sample; the true reach is not smaller",
-        ),
-        Row("reach seen from above", (length(space.reach_horizontal, samples=counted),)),
-        Row(
-            "nearest to the base",
-            (length(space.nearest, samples=counted),),
-            "smallest of the sample",
-        ),
-    ]
-    for k, name in enumerate("XYZ"):
-        rows.append(Row(f"least {name}", (length(float(space.low[k]), samples=counted),)))
-        rows.append(Row(f"largest {name}", (length(float(space.high[k]), samples=counted),)))
-    if space.volume_high > 0:
-        volume = Cell(space.volume, "m³", space.volume_low, space.volume_high, counted, "bracket")
-        rows.append(
-            Row(
-                "volume",
-                (volume,),
-                (
-                    "between the cells well inside and all cells visited; cell "
-                    f"{space.cell * 1e3:.0f} mm"
-                ),
-            )
-        )
-    else:
-        rows.append(
-            Row(
-                "volume",
-                (Cell(0.0, "m³", samples=counted),),
-                "the workspace is a line or a surface",
-            )
-        )
-    return Section(
-        "workspace",
-        "Workspace",
-        ("value",),
-        tuple(rows),
-        "joint limits only: no obstacle, floor or self-collision",
-    )
-
-
-def _bending(answer: Answer) -> list[Section]:
-    """Return the bending of links, in total and by cause; no section for rigid links."""
-    if not answer.bending:
-        return []
-    counted, exact = (
-        f"the worst of {several(len(answer.poses), 'pose')}",
-        f"exact sum over {several(len(answer.poses), 'pose')}",
-    )
-    rows = []
-    for bent in answer.bending:
-        shares = sum(share for _, _, share in bent.by_cause.values())
-        within = f", l/{Cell(bent.length / bent.deflection, '1')}" if bent.deflection else ""
-        at = f"pose {bent.deflection_index}{within}" + (
-            f"; slope at pose {bent.slope_index}"
-            if bent.slope_index != bent.deflection_index
-            else ""
-        )
-        lines = [(bent.joint, (bent.deflection, bent.slope, shares), at)]
-        lines += [
-            (f"{bent.joint}, {OUTBOARD_CAUSES.get(cause, cause)}", parts, "")
-            for cause, parts in bent.by_cause.items()
-            if any(parts)
-        ]
-        rows += [
-            Row(
-                label,
-                (
-                    Cell(deflection, "µm", samples=counted),
-                    Cell(slope, "arcmin", samples=counted),
-                    Cell(share, "%", samples=exact),
-                ),
-                note,
-            )
-            for label, (deflection, slope, share), note in lines
-        ]
-    note = (
-        "deflection of each link, named after its joint, at its tip, l away; then the "
-        "contribution of each cause along the total; "
-        "a negative contribution reduces the bending. Share: of the tool's mean-square error "
-        "over all poses"
-    )
-    return [
-        Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)
-    ]
 
 
 def _check(answer: Answer) -> Section:
