@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.error_model.trust import (
     refuse_untrusted,
     trust,
@@ -139,3 +139,33 @@ def test_the_notes_count_poses_without_a_figure(tmp_path):
     with pytest.raises(InputError, match="first order neglects"):
         refuse_untrusted(vague, q[assembled(vague, q)], (count - 1) / len(found.neglected))
     refuse_untrusted(vague, q[assembled(vague, q)], count / len(found.neglected))
+
+
+def test_comparisons_targets_and_maps_exclude_poses_without_a_figure(tmp_path):
+    """Every question drops the sampled poses at which first order fails: arms that are compared
+    pose by pose drop the same ones, allowances count the rest, and no cell of a map holds one. The
+    notes of each sheet name them.
+    """
+    text = FIVE_BAR.read_text().replace("400 mm ± 30 µm", "300 mm ± 4 mm")
+    (tmp_path / "vague.toml").write_text(text)
+    (tmp_path / "loose.toml").write_text(text.replace("8 µm ± 4 µm", "16 µm ± 8 µm"))
+    vague, loose = (lostmotion.read(tmp_path / f"{name}.toml") for name in ("vague", "loose"))
+    sampled = sample_poses(vague, 2048)
+    assert not trusted(vague, sampled.q).all()
+    compared = lostmotion.compare(vague, loose, poses=2048, robots=2, visits=2)
+    one, other = (each.poses.q for each in compared.arms)
+    assert 0 < len(one) < len(sampled)
+    assert np.array_equal(one, other)
+    assert trusted(vague, one).all()
+    assert trusted(loose, one).all()
+    found = lostmotion.target(vague, error="20 mm", poses=2048, robots=20, visits=2)
+    assert 0 < len(found.poses) < len(sampled)
+    assert trusted(vague, found.poses.q).all()
+    shown = lostmotion.map(vague, poses=256, cell="30 mm")
+    assert trusted(vague, shown.reached.q).all()
+    for answer in (compared, found, shown):
+        notes = " ".join(answer.sheet.notes)
+        assert "poses spread evenly first order neglects more than 10 % of the error" in notes
+    near = drives(1e-4)
+    with pytest.raises(InputError, match="first order neglects more than 10 %"):
+        lostmotion.compare(vague, loose, poses=near[None], robots=2, visits=2)

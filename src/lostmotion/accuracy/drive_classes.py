@@ -9,6 +9,7 @@ from lostmotion.catalogue.drive_classes import neighbours
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
+from lostmotion.error_model.trust import with_figures
 from lostmotion.io.drive_classes import class_of_arm, with_class
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def _of_class(
     from lostmotion.propagation.pooled import pooled
 
     other = arm if default and loads is None else with_class(arm, each, loads)
-    poses = sample_poses(other, POSES, seed=seed)
+    poses = with_figures(other, sample_poses(other, POSES, seed=seed), most=1.0)
     found = pooled(other, poses, analytic(other, poses))
     within = dict(zip(found.levels, found.quantiles, strict=True))[LEVEL].value
     visits = visit_covariance(pose_matrix(other, poses.q, approach=1.0))

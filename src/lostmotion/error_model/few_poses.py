@@ -86,8 +86,9 @@ def many_poses(arm: Arm, poses: Poses) -> Poses | None:
         return None
     # brings Numba, which what only warns does not need
     from lostmotion.error_model.poses import sample_poses
+    from lostmotion.error_model.trust import with_figures
 
-    return sample_poses(arm, MANY, poses.law)
+    return with_figures(arm, sample_poses(arm, MANY, poses.law), most=1.0)
 
 
 def known_ends(

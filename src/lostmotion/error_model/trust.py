@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.open_plays import open_play_remarks
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.assembly import may_not_assemble
@@ -19,6 +20,8 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lostmotion.error_model.pose_matrix import PoseMatrix
@@ -35,8 +38,8 @@ _MOST_WITHOUT: Final = 0.05
 _DEVIATIONS: Final = 2.0
 _BLOCK: Final = 256
 _EXCLUDED: Final = (
-    f"Poses above {100 * FAILS:g} % have no figure: sampled ones are excluded, and as many of each "
-    "set"
+    f"Poses above {100 * FAILS:g} % have no figure of the error: sampled ones are excluded, and as "
+    "many of each set"
 )
 # Share below which first order is valid at poses of smaller gain.
 _SMALL: Final = 0.01
@@ -140,19 +143,25 @@ def refuse_untrusted(arm: Arm, q: Floats, most: float = _MOST_WITHOUT) -> None:
         trust(arm, q).refuse(most)
 
 
-def with_figures(arm: Arm, poses: Poses) -> Poses:
+def with_figures(
+    arm: Arm, poses: Poses, *, beside: Sequence[Arm] = (), most: float = _MOST_WITHOUT
+) -> Poses:
     """Return the poses without those at which first order is not valid; all for an open chain.
 
+    beside  other arms that stand at the same poses, and that must have figures there
+    most    largest share of sampled poses without a figure
+
     Of independent sets as many poses are kept in each. Raises InputError where poses that are given
-    have one such pose, and where more than 5 % of sampled ones are.
+    have one such pose, and where more than `most` of sampled ones are.
     """
     if not may_not_assemble(arm):
         return poses
     found = trust(arm, poses.q)
-    if found.valid.all():
+    found.refuse(0.0 if poses.law == "given" else most)
+    valid = np.all([found.valid, *(trusted(other, poses.q) for other in beside)], axis=0)
+    if valid.all():
         return poses
-    found.refuse(0.0 if poses.law == "given" else _MOST_WITHOUT)
-    sets = found.valid.reshape(poses.replicates, -1)
+    sets = valid.reshape(poses.replicates, -1)
     each = int(sets.sum(axis=1).min())
     rows = [np.flatnonzero(row)[:each] + k * len(row) for k, row in enumerate(sets)]
     return replace(poses, q=poses.q[np.concatenate(rows)])
@@ -188,6 +197,13 @@ def _worst(found: Trust) -> str:
         f"{size} at most; there the tool is loose {'along' if sliding else 'in rotation about'} "
         f"({axes}) in the base's axes, and {found.part[k]} adds most to the error in this direction"
     )
+
+
+def error_remarks(arm: Arm) -> tuple[str, ...]:
+    """Return the remarks on an arm whose errors are predicted: where first order fails, plays that
+    stay open, and what its file leaves open.
+    """
+    return *trust_remarks(arm), *open_play_remarks(arm), *arm.remarks
 
 
 def trust_remarks(arm: Arm) -> tuple[str, ...]:

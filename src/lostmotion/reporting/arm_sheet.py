@@ -10,6 +10,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
+from lostmotion.error_model.trust import error_remarks
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.reporting.provenance import provenance_facts, provenance_sections
 from lostmotion.reporting.warnings import arm_warnings
@@ -50,7 +51,7 @@ def with_arm(
             *provenance_sections(known),
         ),
         warnings=(*arm_warnings(arm, poses), *sheet.warnings),
-        notes=(*beside.values(), *arm.remarks, *sheet.notes),
+        notes=(*beside.values(), *error_remarks(arm), *sheet.notes),
         facts={"arm": arm.name, **sheet.facts, **beside, **provenance_facts(known)},
     )
 

@@ -186,14 +186,19 @@ def compare(
     from lostmotion.analyses.compare.result import Compare
     from lostmotion.comparison.compared_arm import compared_arm
     from lostmotion.comparison.comparison import comparison
+    from lostmotion.error_model.trust import with_figures
 
     asked.ready()
     _refuse_undescribed(asked.arms)
+    poses_of_arms = [
+        chosen_poses(arm, poses_of_arm, pose_law, asked.seed)
+        for (_, arm), poses_of_arm in zip(asked.arms, asked.poses, strict=True)
+    ]
     found = [
         compared_arm(
             label,
             arm,
-            chosen_poses(arm, poses_of_arm, pose_law, asked.seed),
+            with_figures(arm, chosen, beside=_beside(asked.arms, poses_of_arms, chosen)),
             asked.robots,
             asked.visits,
             asked.seed,
@@ -201,9 +206,20 @@ def compare(
             threads=asked.threads or os.cpu_count() or 1,
             progress=progress,
         )
-        for (label, arm), poses_of_arm in zip(asked.arms, asked.poses, strict=True)
+        for (label, arm), chosen in zip(asked.arms, poses_of_arms, strict=True)
     ]
     return Compare(**vars(comparison(found, asked.seed, asked.approach)))
+
+
+def _beside(arms: Sequence[tuple[str, Arm]], poses: Sequence[Poses], chosen: Poses) -> list[Arm]:
+    """Return the other arms that stand at the same poses: they are compared pose by pose."""
+    import numpy as np
+
+    return [
+        arm
+        for (_, arm), each in zip(arms, poses, strict=True)
+        if each is not chosen and np.array_equal(each.q, chosen.q)
+    ]
 
 
 def _refuse_undescribed(arms: Sequence[tuple[str, Arm]]) -> None:

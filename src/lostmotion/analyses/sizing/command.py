@@ -169,6 +169,7 @@ def size(
     asked = read_arguments(size, locals())
     from lostmotion.error_model.poses import sample_poses
     from lostmotion.error_model.provenance import refuse_undescribed
+    from lostmotion.error_model.trust import with_figures
     from lostmotion.io.sizing import read_request
     from lostmotion.propagation.first_order import refuse_large_errors
 
@@ -224,8 +225,10 @@ def size(
         request.slots,
         request.objective,
         request.plan.target,
-        sample_poses(asked.arm, asked.poses or _SEARCH_POSES, seed=asked.seed),
-        sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed),
+        with_figures(
+            asked.arm, sample_poses(asked.arm, asked.poses or _SEARCH_POSES, seed=asked.seed)
+        ),
+        with_figures(asked.arm, sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed)),
         constraints=request.constraints,
         study_size=StudySize(
             DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1

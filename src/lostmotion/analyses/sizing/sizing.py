@@ -22,6 +22,7 @@ from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.error_model.provenance import States, states
+from lostmotion.error_model.trust import with_figures
 from lostmotion.io.arm_writer import NewParts, reads_back, sized_text
 from lostmotion.mechanism.even_poses import corners
 from lostmotion.mechanism.load_causes import LinkBending, bending
@@ -212,7 +213,10 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
         link_size(arm, sized, name, limits, q, tilt, list(sections))
         for name in reversed(list(sections))
     )
-    few = sample_poses(arm, min(len(poses), _ERROR_POSES)).q if poses.law != "given" else poses.q
+    of_error = poses
+    if poses.law != "given":
+        of_error = with_figures(arm, sample_poses(arm, min(len(poses), _ERROR_POSES)))
+    few = of_error.q
     trade_off = []
     for k, scale in enumerate(SCALES):
         report("trade-off of mass and error", k, len(SCALES))

@@ -17,6 +17,7 @@ from lostmotion.analyses.sweep.design_tables import (
 )
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.provenance import States, states
+from lostmotion.error_model.trust import error_remarks
 from lostmotion.reporting.first_order import failed, failure, unsure
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
@@ -183,7 +184,9 @@ def _sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         ),
         counts=each + counted,
         warnings=(*arm.warnings, *_overloaded(order, outcomes)),
-        notes=(_not_counted(outcomes), *arm.remarks) if len(outcomes) > 1 else arm.remarks,
+        notes=(_not_counted(outcomes), *error_remarks(arm))
+        if len(outcomes) > 1
+        else error_remarks(arm),
         words=_WORDS,
         source=_source(order, counted),
         seed=order.seed,

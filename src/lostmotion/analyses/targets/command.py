@@ -157,6 +157,7 @@ def target(
     from lostmotion.analyses.targets.targets import targets
     from lostmotion.error_model.pose_selection import poses_in_zone
     from lostmotion.error_model.provenance import refuse_undescribed
+    from lostmotion.error_model.trust import with_figures
     from lostmotion.propagation.first_order import refuse_large_errors
 
     if asked.zone is not None and not isinstance(asked.poses, int):
@@ -175,6 +176,7 @@ def target(
     if asked.zone is not None:
         inside = poses_in_zone(asked.arm, len(chosen), asked.zone, asked.seed, asked.pose_law)
         chosen, name = inside.poses, inside.name
+    chosen = with_figures(asked.arm, chosen)
     return targets(
         asked.arm,
         chosen,

@@ -15,6 +15,7 @@ from lostmotion.analyses.arguments import (
 from lostmotion.analyses.quantities import read_quantities
 from lostmotion.analyses.targets.command import LENGTH, SHARE
 from lostmotion.error_model.provenance import refuse_undescribed
+from lostmotion.error_model.trust import with_figures
 from lostmotion.propagation.first_order import refuse_large_errors
 from lostmotion.propagation.production_yield import compute_yield
 
@@ -84,6 +85,7 @@ def production_yield(  # noqa: PLR0913 - arguments of a production
         refuse_undescribed(arm)
         refuse_large_errors(arm)
         chosen = chosen_poses(arm, poses_of("poses", poses, {"arm": arm}), "sobol", seed)
+        chosen = with_figures(arm, chosen)
         return compute_yield(
             arm,
             chosen,

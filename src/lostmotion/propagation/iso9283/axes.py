@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.trust import refuse_untrusted
 from lostmotion.laws.iso230 import APPROACHES, POSITIONS, positioning
 from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.standing import standing
@@ -88,6 +89,7 @@ def axis_tests(
     few = replace(visiting, visits=APPROACHES)
     out = []
     for axis, travel, positions, q in _lines(arm, cube):
+        refuse_untrusted(arm, q, 0.0)
         state = standing(state_of(arm, q))
         ways = (path_approach(q, otherwise), path_approach(q[::-1], otherwise)[::-1])
         number = first + 2 * POSITIONS * axis

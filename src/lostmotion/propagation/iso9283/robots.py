@@ -14,6 +14,7 @@ import numpy as np
 
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import pose_matrix, screws
+from lostmotion.error_model.trust import refuse_untrusted
 from lostmotion.laws import iso9283 as iso
 from lostmotion.laws.frame_fit import residual_after_fit
 from lostmotion.laws.iso9283 import PATH_FIGURES
@@ -270,6 +271,7 @@ def _at_poses(
     arm: Arm, at: Cube | CommandedPoses, approach: Floats, visiting: Experiment, first: int
 ) -> dict[str, Floats]:
     """Return the fields of a `LoadSheet` that belong to the poses, numbered from `first`."""
+    refuse_untrusted(arm, at.q, 0.0)
     state = standing(state_of(arm, at.q))
     matrix = screws(state, approach=approach)
     errors = visiting.at_all(matrix, first)
@@ -328,6 +330,7 @@ def _along_path(
     """
     a, b, points = line
     q = path_poses(arm, cube, (a, b), points)
+    refuse_untrusted(arm, q, 0.0)
     state = standing(state_of(arm, q))
     matrix = screws(state, approach=path_approach(q, approach[a]))
     back = screws(state, approach=path_approach(q[::-1], approach[b])[::-1])

@@ -44,10 +44,9 @@ from lostmotion.analyses.accuracy.page.zone import (
 from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.few_poses import RP
-from lostmotion.error_model.open_plays import open_play_remarks
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
-from lostmotion.error_model.trust import trust_remarks
+from lostmotion.error_model.trust import error_remarks
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.propagation.error_samples import Summed
 from lostmotion.propagation.exact import share_neglected
@@ -148,7 +147,7 @@ def sheet(answer: Answer) -> Sheet:
             *overload_warnings(overloaded),
             *few_poses(answer.budget, sampled.visits, answer.approach),
         ),
-        notes=(*trust_remarks(answer.arm), *open_play_remarks(answer.arm), *answer.arm.remarks),
+        notes=error_remarks(answer.arm),
         words=_WORDS,
         source=_source(answer),
         arrays="the results for every pose and robot",

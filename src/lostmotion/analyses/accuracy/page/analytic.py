@@ -26,10 +26,9 @@ from lostmotion.analyses.accuracy.page.first_screen import (
 from lostmotion.analyses.accuracy.page.headline import headline, on_condition, rms_remedy_sentence
 from lostmotion.analyses.accuracy.page.zone import BESIDE, OWN, beside, rms_section, sampling_note
 from lostmotion.error_model.intervals import Estimate, of_length
-from lostmotion.error_model.open_plays import open_play_remarks
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
-from lostmotion.error_model.trust import trust_remarks
+from lostmotion.error_model.trust import error_remarks
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
@@ -154,7 +153,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *provenance_sections(known),
         ),
         warnings=(*arm.warnings, *overload_warnings(overloaded), *few_poses(blame, 1, approach)),
-        notes=(*trust_remarks(arm), *open_play_remarks(arm), *arm.remarks),
+        notes=error_remarks(arm),
         words=_WORDS,
         source=(
             f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples "

@@ -32,6 +32,7 @@ from lostmotion.analyses.compare.page.tables import (
 )
 from lostmotion.comparison.description import WHOLE_JOINT
 from lostmotion.error_model.arrival import arriving
+from lostmotion.error_model.trust import error_remarks
 from lostmotion.reporting.first_order import checked
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import provenance_facts
@@ -145,7 +146,7 @@ def compare_sheet(found: Comparison) -> Sheet:
 
 def _notes(found: Comparison) -> list[str]:
     """Return the notes of all arms, those of some only with their labels."""
-    remarks = [each.arm.remarks for each in found.arms]
+    remarks = [error_remarks(each.arm) for each in found.arms]
     out = []
     for text in dict.fromkeys(text for each in remarks for text in each):
         having = [each.label for each, own in zip(found.arms, remarks, strict=True) if text in own]

@@ -28,7 +28,6 @@ from lostmotion.analyses.workspace_map.page.tables import (
     within_section,
 )
 from lostmotion.error_model.provenance import states
-from lostmotion.error_model.trust import trust_remarks
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.reporting.arm_sheet import with_arm
@@ -196,7 +195,6 @@ def _cards(found: WorkspaceMap, known: States) -> list[Card]:
 
 def _remarks(found: WorkspaceMap) -> list[str]:
     out = ["any orientation of the tool; obstacles, floor and self-collision are not checked"]
-    out += trust_remarks(found.arm)
     if found.uncertain.any():
         cells = several(int(found.uncertain.sum()), "cell")
         out.append(
