@@ -145,8 +145,8 @@ def _moved(
     arm: Arm, cube: Cube, rows: NDArray[np.int64], moved_by: Floats, start: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Return joint values (pose, joint) with the tool moved from P1 by `moved_by` (pose,), m or
-    rad, along or about axes by the component of its twist (pose,), and whether they are reached without
-    a change of configuration.
+    rad, along or about axes by the component of its twist (pose,), and whether they are reached
+    without a change of configuration.
     """
     twists = np.zeros((len(rows), len(_NAMES)))
     twists[np.arange(len(rows)), rows] = moved_by
