@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -85,14 +86,43 @@ def answer(function: Callable[..., Any], question: Question, typed: Mapping[str,
         raise typer.Exit(STOPPED)
     if swallowed:
         raise swallowed[0]
-    results = found if isinstance(found, list) else [found]
+    _deliver(found if isinstance(found, list) else [found], None if own else out, common, own=own)
+
+
+def _deliver(
+    results: list[Result], out: str | None, common: Mapping[str, Any], *, own: bool
+) -> None:
+    """Write the report of each result, and print what was found: one screen of it before the
+    report, which takes a second to draw.
+    """
     copies = {name: common[name] for name in COPIES if name in common}
+    first = out is not None and not any(common.get(name) for name in _PRINTED)
+    lost = _show_first_screens(results) if first else None
     written = [
-        each.report(None if own else out, force=force, **copies)
+        each.report(out, force=common.get("force", False), **copies)  # type: ignore[arg-type] # None: its own folder
         for each in results
         if own or out is not None
     ]
-    _show(results, written, common)
+    if lost is not None:
+        begin_printing()
+        raise lost
+    _show(results, written, common, first_screens=not first)
+
+
+def _show_first_screens(results: list[Result]) -> Exception | None:
+    """Print one screen of each result before its report is written, and return what went wrong: a
+    closed pipe must not cost the results.
+    """
+    begin_printing()
+    try:
+        for each in results:
+            each.summary()
+        sys.stdout.flush()
+    except (OSError, MemoryError, ImportError) as error:
+        return error
+    finally:
+        begin_printing(begun=False)
+    return None
 
 
 def _folded(text: str) -> str:
@@ -167,7 +197,9 @@ def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # no
     return function(*(value for name in listed for value in given.get(name) or ()), **by_name)
 
 
-def _show(results: list[Result], written: list[Path], common: Mapping[str, Any]) -> None:
+def _show(
+    results: list[Result], written: list[Path], common: Mapping[str, Any], *, first_screens: bool
+) -> None:
     """Print the figures, which are written already: a closed pipe must not cost the results."""
     begin_printing()
     if common["json"]:
@@ -175,7 +207,10 @@ def _show(results: list[Result], written: list[Path], common: Mapping[str, Any])
     elif common["quiet"]:
         _show_answers(results)
     else:
-        _show_figures(results, written, full=common["full"])
+        if first_screens:
+            for each in results:
+                each.summary(full=common["full"])
+        _show_places(results, written, full=common["full"])
     failures = [each.failure for each in results if each.failure]
     for failure in dict.fromkeys(failures):
         say(f"lostmotion: {failure}", error=True)
@@ -183,10 +218,8 @@ def _show(results: list[Result], written: list[Path], common: Mapping[str, Any])
         raise typer.Exit(1)
 
 
-def _show_figures(results: list[Result], written: list[Path], *, full: bool) -> None:
-    """Print one screen of each result, or every figure, and where the reports are."""
-    for each in results:
-        each.summary(full=full)
+def _show_places(results: list[Result], written: list[Path], *, full: bool) -> None:
+    """Print where the reports are."""
     figures = any(each.sheet.sections for each in results)
     more = f"{_GAP}--full prints every figure." if written and figures and not full else ""
     for each, folder in zip(results, map(_from_here, written), strict=False):
