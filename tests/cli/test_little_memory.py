@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from lostmotion.analyses.result import Result
 from lostmotion.cli import answering
 from lostmotion.cli.app import _carried_out
 from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
@@ -82,16 +83,16 @@ def test_other_errors_are_no_matter_of_loading():
 
 IGNORED = """
 import sys
-import scipy.stats.qmc
+from lostmotion.error_model.sobol import Sobol
 from lostmotion.cli import main
-drawn = scipy.stats.qmc.Sobol.random
+drawn = Sobol.points
 class Ignored:
     def __del__(self):
         raise MemoryError
 def random(*given, **named):
     Ignored()
     return drawn(*given, **named)
-scipy.stats.qmc.Sobol.random = random
+Sobol.points = random
 main()
 """
 
@@ -173,3 +174,20 @@ def test_memory_that_ends_after_the_results_are_written_leaves_them(tmp_path, mo
     )
     assert _carried_out() == (1, "not enough memory to print all of it; the results are written")
     assert (out / "result.json").exists()
+
+
+def test_the_first_screen_is_printed_before_the_report_is_drawn(tmp_path, monkeypatch, capsys):
+    """What the user asked is on the screen while the report is drawn."""
+    seen = []
+
+    def drawn(*_given, **_named):
+        seen.append(capsys.readouterr().out)
+        raise MemoryError
+
+    monkeypatch.setattr(Result, "report", drawn)
+    words = ["study", str(EXAMPLE), "--poses", "16", "--robots", "8", "--visits", "2"]
+    monkeypatch.setattr(sys, "argv", ["lostmotion", *words, "--out", str(tmp_path / "out")])
+    code, message = _carried_out()
+    assert code == 2
+    assert "nothing was written" in message
+    assert "95 % of positions within" in seen[0]

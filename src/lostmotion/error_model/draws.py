@@ -16,23 +16,20 @@ from __future__ import annotations
 import functools
 import hashlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lostmotion.error_model.draw_kernel import LANES, ROW, TABLE, mix
+from lostmotion.error_model.sobol import Sobol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
-    from scipy.stats import qmc
 
     from lostmotion.laws.distributions import Law
     from lostmotion.spatial import Floats
-
-
-SOBOL_BITS: Final = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,18 +61,9 @@ def uniforms(seed: int, name: str, count: int) -> Floats:
     return np.asarray(((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)
 
 
-def sobol(seed: int, name: str, columns: int) -> qmc.Sobol:
-    """Return the scrambled Sobol sequence of this seed and name, with `columns` dimensions:
-    uniforms in 0..1 with 30 bits.
-    """
-    from scipy.stats import qmc
-
-    return qmc.Sobol(
-        columns,
-        scramble=True,
-        rng=np.random.Generator(np.random.Philox(seed=key(seed, name))),
-        bits=SOBOL_BITS,
-    )
+def sobol(seed: int, name: str, columns: int) -> Sobol:
+    """Return the scrambled Sobol sequence of this seed and name, with `columns` dimensions."""
+    return Sobol.scrambled(columns, np.random.Generator(np.random.Philox(seed=key(seed, name))))
 
 
 def robot_draws(seed: int, streams: Sequence[Stream], robots: int) -> Floats:

@@ -159,7 +159,7 @@ def _sobol(joints: int, each: int, seed: int) -> Floats:
     power = max(each - 1, 0).bit_length()
     return np.concatenate(
         [
-            sobol(seed, f"poses.sobol.{replicate}", joints).random_base2(power)
+            sobol(seed, f"poses.sobol.{replicate}", joints).points(power)
             for replicate in range(REPLICATES)
         ]
     )

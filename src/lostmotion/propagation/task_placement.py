@@ -63,8 +63,8 @@ def best_placement(
     if task.search is None:
         raise ValueError("the placement of this task is fixed")
     low, high = task.search.T
-    wide = sobol(seed, "task.placement", len(low)).random_base2(_WIDE)
-    near = sobol(seed, "task.placement.near", len(low)).random_base2(_NEAR) - 0.5
+    wide = sobol(seed, "task.placement", len(low)).points(_WIDE)
+    near = sobol(seed, "task.placement.near", len(low)).points(_NEAR) - 0.5
     count, found = 1 + len(wide) + len(near), list[_Tried]()
 
     def tries(moved: Floats) -> None:

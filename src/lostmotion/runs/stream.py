@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.draws import SOBOL_BITS, key, sobol
+from lostmotion.error_model.draws import key, sobol
 from lostmotion.error_model.poses import REPLICATES
 from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.laws.distributions import Normal
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _WORDS: Final = 4  # that Philox makes of one count
+_sequence = functools.lru_cache(maxsize=32)(sobol)
 
 
 def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
@@ -82,7 +83,7 @@ def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: i
         return np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)])
     each = poses // REPLICATES
     if law == "sobol":
-        u = _sobol(joints, each, seed, first // each, first % each, first % each + last - first)
+        u = _sobol(joints, seed, first // each, first % each, first % each + last - first)
     else:
         u = np.column_stack(
             [_uniforms(seed, f"poses.{law}.{k}", first, last) for k in range(joints)]
@@ -94,34 +95,8 @@ def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: i
     return np.asarray(low + u * (high - low))
 
 
-def _sobol(joints: int, each: int, seed: int, of_set: int, first: int, last: int) -> Floats:
-    """Sobol points are sums without carry of those at powers of two, chosen by the bits of their
-    number in SciPy's order.
-    """
-    start, steps = _sobol_steps(joints, max(each - 1, 0).bit_length(), seed, of_set)
-    number = np.arange(first, last)
-    out = np.repeat(start[None], last - first, axis=0)
-    for bit, step in enumerate(steps):
-        out ^= np.where((number >> bit & 1)[:, None] == 1, step, 0)
-    return np.asarray(out / 2.0**SOBOL_BITS)
-
-
-@functools.lru_cache(maxsize=32)
-def _sobol_steps(joints: int, bits: int, seed: int, of_set: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first point of a scrambled sequence (joint,), and by which bits those at powers of
-    two (bit, joint) differ from it.
-    """
-    engine = sobol(seed, f"poses.sobol.{of_set}", joints)
-    start = _whole(engine.random_base2(0)[0])
-    steps = np.zeros((bits, joints), np.int64)
-    for bit in range(bits):
-        engine.fast_forward((1 << bit) - engine.num_generated)
-        steps[bit] = _whole(engine.random(1)[0]) ^ start
-    return start, steps
-
-
-def _whole(point: Floats) -> np.ndarray:
-    return np.asarray(point * 2.0**SOBOL_BITS).astype(np.int64)
+def _sobol(joints: int, seed: int, of_set: int, first: int, last: int) -> Floats:
+    return _sequence(seed, f"poses.sobol.{of_set}", joints).stretch(first, last)
 
 
 def _uniforms(seed: int, name: str, first: int, last: int) -> Floats:
