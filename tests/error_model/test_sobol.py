@@ -8,10 +8,11 @@ import pytest
 from scipy.stats import qmc
 
 from lostmotion.error_model.draws import key, sobol
-from lostmotion.error_model.sobol import BITS, MOST_COLUMNS
+from lostmotion.error_model.sobol import BITS
+from lostmotion.mechanism.arm import MOST_JOINTS
 
 
-@pytest.mark.parametrize("columns", [1, 2, 6, 17, MOST_COLUMNS])
+@pytest.mark.parametrize("columns", [1, 2, 6, 17, MOST_JOINTS])
 @pytest.mark.parametrize("power", [0, 1, 8])
 def test_a_sequence_is_that_of_scipy(columns, power):
     """Bit for bit, in every dimension: the same poses whichever library draws them."""
@@ -19,6 +20,12 @@ def test_a_sequence_is_that_of_scipy(columns, power):
     generator = np.random.Generator(np.random.Philox(seed=key(3, name)))
     expected = qmc.Sobol(columns, scramble=True, rng=generator, bits=BITS).random_base2(power)
     np.testing.assert_array_equal(sobol(3, name, columns).points(power), expected)
+
+
+def test_no_arm_has_more_joints_than_dimensions():
+    """More dimensions would need further direction numbers."""
+    with pytest.raises(ValueError, match="65 dimensions"):
+        sobol(1, "any", MOST_JOINTS + 1)
 
 
 def test_a_stretch_is_cut_from_the_sequence():
@@ -31,7 +38,7 @@ def test_every_interval_of_a_binary_grid_has_one_point():
     """The definition of a (0, m, 1)-net: in each coordinate, 2^m points are one in each of as many
     intervals.
     """
-    points = sobol(2, "any", MOST_COLUMNS).points(9)
+    points = sobol(2, "any", MOST_JOINTS).points(9)
     assert (np.sort(np.floor(points * 512), axis=0) == np.arange(512)[:, None]).all()
 
 

@@ -38,7 +38,7 @@ _DIRECTIONS: Final = """
 607:1,1,5,15,19,45,41,7,383 617:1,3,7,7,31,19,83,137,221 623:1,1,1,3,23,15,111,223,83
 631:1,1,5,13,31,15,55,25,161 637:1,1,3,13,25,47,39,87,257
 """
-MOST_COLUMNS: Final = 1 + len(_DIRECTIONS.split())
+_MOST: Final = 1 + len(_DIRECTIONS.split())
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,11 @@ class Sobol:
 
     @classmethod
     def scrambled(cls, columns: int, generator: np.random.Generator) -> Self:
-        """Return a sequence in so many dimensions, 1 to 64, scrambled by the first generator that
-        this one spawns.
+        """Return a sequence in so many dimensions, scrambled by the first generator that this one
+        spawns. Raises ValueError for more than 64 dimensions.
         """
+        if columns > _MOST:
+            raise ValueError(f"a Sobol sequence in {columns} dimensions; expected {_MOST} at most")
         drawn = generator.spawn(1)[0]
         weights = np.uint64(1) << np.arange(BITS, dtype=np.uint64)
         shift = drawn.integers(2, size=(columns, BITS), dtype=np.uint32)
