@@ -158,7 +158,7 @@ def _of_drawing(gear: Gear, gearbox: CycloidalGearbox, drawn: ExaminedDrawing) -
             geometry_section(gearbox),
             lobes_section(gearbox, drawn),
             *fem_sections(gear.fem),
-            samples_section(drawn, gear.count),
+            samples_section(gearbox, drawn, gear.count),
             *_loop(gear, TURNING),
             members_section(gearbox, drawn, gear.count),
             transmission_section(drawn),

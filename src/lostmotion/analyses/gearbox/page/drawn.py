@@ -4,6 +4,7 @@ member, transmission error.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -47,7 +48,7 @@ def verdict_of_drawing(
     out = [
         f"Play is at least {free} and lost motion at least {lost}: no relief, clearance or "
         "tolerance is described."
-        if without_play(drawn)
+        if drawn.without_play
         else f"{average}; 95 % have a lost motion below {most}."
     ]
     if drawn.members:
@@ -69,13 +70,6 @@ def verdict_of_drawing(
     return " ".join(out)
 
 
-def without_play(drawn: ExaminedDrawing) -> bool:
-    """Return whether a drawing describes nothing that opens play, and no gearbox is preloaded: real
-    ones then have more.
-    """
-    return not (drawn.play.any() or drawn.jammed or np.ptp(drawn.lost_motion))
-
-
 def cards_of_drawing(
     gearbox: CycloidalGearbox, drawn: ExaminedDrawing, load: str
 ) -> Iterator[Card]:
@@ -86,15 +80,16 @@ def cards_of_drawing(
     def mean(values: Floats, unit: str = "arcmin", bound: Bound = "") -> str:
         return str(over_samples(values, unit, "", bound))
 
-    least: Bound = "lower" if without_play(drawn) else ""
+    least: Bound = "lower" if drawn.without_play else ""
+    wound: Bound = "lower" if gearbox.rigid else ""
     yield Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output")
     yield Card("play", mean(drawn.play, bound=least), f"mean; 95th percentile {free}")
     yield Card(
         "lost motion",
-        mean(drawn.lost_motion, bound=least),
+        mean(drawn.lost_motion, bound=least or wound),
         f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}",
     )
-    yield Card("wind-up", mean(read.wind_up), f"mean at {load}, beyond the play")
+    yield Card("wind-up", mean(read.wind_up, bound=wound), f"mean at {load}, beyond the play")
     if is_known(read.stiffness):
         bounded = f"; {_bounded_share(drawn)} of the wind-up only bounded"
         yield Card(
@@ -105,7 +100,7 @@ def cards_of_drawing(
     yield _peak_card(drawn, drawn.lobes[0], load)
     yield Card(
         "transmission error",
-        mean(span, "arcsec"),
+        mean(span, "arcsec", least),
         f"peak to peak at {load}, mean of {len(span)} gearboxes",
     )
 
@@ -173,34 +168,40 @@ def _quantile(values: Floats, level: float, unit: str = "arcmin") -> Cell:
     return Cell(value, unit, low, high)
 
 
-def scatter(values: Floats, unit: str) -> dict[str, Cell]:
+def scatter(values: Floats, unit: str, bound: Bound = "") -> dict[str, Cell]:
     """Return mean and percentiles of manufactured samples (sample,), by name."""
-    quantiles = {label: _quantile(values, level, unit) for level, label in _LEVELS}
-    return {"mean": over_samples(values, unit), **quantiles}
+    quantiles = {
+        label: replace(_quantile(values, level, unit), bound=bound) for level, label in _LEVELS
+    }
+    return {"mean": over_samples(values, unit, bound=bound), **quantiles}
 
 
-def samples_section(drawn: ExaminedDrawing, count: int) -> Section:
+def samples_section(gearbox: CycloidalGearbox, drawn: ExaminedDrawing, count: int) -> Section:
     """Return the scatter over manufactured samples: mean and percentiles of play, lost motion,
     wind-up and stiffness, and how many jam.
     """
     read = drawn.read
-    quantities = [
-        ("play", drawn.play, "arcmin", ""),
-        ("lost motion", drawn.lost_motion, "arcmin", ""),
+    least: Bound = "lower" if drawn.without_play else ""
+    wound: Bound = "lower" if gearbox.rigid else ""
+    quantities: list[tuple[str, Floats, str, Bound, str]] = [
+        ("play", drawn.play, "arcmin", least, ""),
+        ("lost motion", drawn.lost_motion, "arcmin", least or wound, ""),
         (
             "wind-up",
             read.wind_up,
             "arcmin",
+            wound,
             f"at {stated_text(read.asked.torque)} N m, beyond the play",
         ),
     ]
     if is_known(read.stiffness):
         definition = TURNING.definition(read.asked)
-        quantities.append(("stiffness", read.stiffness, "N m/arcmin", definition))
+        most: Bound = "upper" if gearbox.rigid else ""
+        quantities.append(("stiffness", read.stiffness, "N m/arcmin", most, definition))
     rows = [
         (f"{name}: {label}", figure, note if label == "mean" else "")
-        for name, values, unit, note in quantities
-        for label, figure in scatter(values, unit).items()
+        for name, values, unit, bound, note in quantities
+        for label, figure in scatter(values, unit, bound).items()
     ]
     rows.append(
         (
@@ -252,14 +253,18 @@ def members_section(gearbox: CycloidalGearbox, drawn: ExaminedDrawing, count: in
 def transmission_section(drawn: ExaminedDrawing) -> Section:
     """Return the transmission error: peak to peak, root mean square, largest harmonics."""
     error = drawn.transmission
+    least: Bound = "lower" if drawn.without_play else ""
 
     def rms(squares: Floats) -> list[Cell]:
         means = map(root_mean_square_of_samples, squares)
-        return [Cell(each.value, "arcsec", each.low, each.high) for each in means]
+        return [Cell(each.value, "arcsec", each.low, each.high, bound=least) for each in means]
 
     strongest = np.argsort(-(error.amplitude**2).sum(axis=0), kind="stable")[:_MOST_HARMONICS]
     rows = [
-        ("peak to peak", *(over_samples(each, "arcsec") for each in error.peak_to_peak)),
+        (
+            "peak to peak",
+            *(over_samples(each, "arcsec", bound=least) for each in error.peak_to_peak),
+        ),
         ("root mean square", *rms(error.mean_square)),
         *(
             (f"{error.cycles[k]:g} per turn", *rms(error.power[:, k]))

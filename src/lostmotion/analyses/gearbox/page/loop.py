@@ -15,8 +15,9 @@ import numpy as np
 from lostmotion.analyses.gearbox.page.stated import (
     OF_LOOP,
     OF_PLAY,
+    OF_STIFFNESS,
     STATED,
-    at_most,
+    bounded,
     displacement_figure,
     friction_note,
     lost_motion_figure,
@@ -24,6 +25,7 @@ from lostmotion.analyses.gearbox.page.stated import (
     wind_up_figure,
 )
 from lostmotion.error_model.intervals import student
+from lostmotion.error_model.provenance import part_states
 from lostmotion.parts.bands import band, influence
 from lostmotion.parts.gearbox.bands import LARGE
 from lostmotion.parts.gearbox.kinds import is_drawn
@@ -94,13 +96,13 @@ def _loop_rows(
     )
     yield (
         "friction's loop alone",
-        show.angle(read.friction_width, rests_on=OF_LOOP),
+        show.angle(read.friction_width, OF_LOOP),
         f"width at zero {units.what}{kept}",
     )
     if drawn is not None and drawn.friction.any:
         half = f"width at {stated_text(read.asked.torque / 2)} {units.torque}"
-        yield "friction's loop under load", show.angle(read.friction_under_load), half
-    whole = show.angle(read.width, rests_on=OF_PLAY + OF_LOOP)
+        yield "friction's loop under load", show.angle(read.friction_under_load, OF_LOOP), half
+    whole = show.angle(read.width, OF_PLAY + OF_LOOP)
     yield f"whole loop at zero {units.what}", whole, "play and friction"
     small, rated = read.asked.small, gearbox.rated_torque
     if read.lost_motion is not None and small is not None:
@@ -167,7 +169,8 @@ class Shown:
     """Conversion of readings to figures: the mean of manufactured samples with its interval, or a
     stated value with its limits.
 
-    Where members are declared rigid, wind-up is a lower and stiffness an upper limit.
+    Where members are declared rigid, wind-up is a lower and stiffness an upper limit; where a
+    drawing describes nothing that opens play, or no friction, so are play, lost motion and loop.
     """
 
     gear: Gear
@@ -178,22 +181,26 @@ class Shown:
         """Return what the figures were counted from."""
         return STATED if self.gear.drawn is None else f"{self.gear.count} simulated gearboxes"
 
-    def _bound(self, bound: Bound) -> Bound:
-        gearbox = self.gear.gearbox
-        return bound if is_drawn(gearbox) and gearbox.rigid else ""
-
-    def angle(self, values: Floats, bound: Bound = "", rests_on: tuple[str, ...] = ()) -> Cell:
-        """Return an angle of the samples, or the stated one."""
-        gearbox = self.gear.gearbox
-        if is_drawn(gearbox):
-            return over_samples(values, self.units.angle, bound=self._bound(bound))
-        return at_most(Cell(float(values[0]), self.units.angle), gearbox, rests_on)
+    def angle(self, values: Floats, rests_on: tuple[str, ...]) -> Cell:
+        """Return an angle of the samples, or the stated one, as a bound where kinds of error that
+        it rests on are not described.
+        """
+        gearbox, drawn, angle = self.gear.gearbox, self.gear.drawn, self.units.angle
+        if not is_drawn(gearbox):
+            return bounded(Cell(float(values[0]), angle), gearbox, rests_on)
+        known = part_states(gearbox, "gearbox")
+        least = (
+            (any(name in OF_PLAY for name in rests_on) and drawn is not None and drawn.without_play)
+            or (any(name in OF_LOOP for name in rests_on) and known["hysteresis"] == "ideal")
+            or (any(name in OF_STIFFNESS for name in rests_on) and bool(gearbox.rigid))
+        )
+        return over_samples(values, angle, bound="lower" if least else "")
 
     def stiffness(self, values: Floats) -> Cell:
         """Return a stiffness."""
         gearbox, unit = self.gear.gearbox, self.units.stiffness
         if is_drawn(gearbox):
-            return over_samples(values, unit, bound=self._bound("upper"))
+            return over_samples(values, unit, bound="upper" if gearbox.rigid else "")
         value, share = float(values[0]), gearbox.stiffness_scatter
         ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
         return Cell(value, unit, *ends, ends="stated limits")
@@ -203,28 +210,29 @@ class Shown:
         """Return the play."""
         gearbox, drawn = self.gear.gearbox, self.gear.drawn
         if is_drawn(gearbox):
-            return self.angle(np.zeros(2) if drawn is None else drawn.play)
+            return self.angle(np.zeros(2) if drawn is None else drawn.play, OF_PLAY)
         return play_figure(gearbox, self.units)
 
     def wind_up(self, read: CurveReadings) -> Cell:
         """Return the wind-up."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
-            return self.angle(read.wind_up, "lower")
+            return self.angle(read.wind_up, OF_STIFFNESS)
         return wind_up_figure(gearbox, float(read.wind_up[0]), self.units)
 
     def displacement(self, read: CurveReadings) -> Cell:
         """Return the displacement."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
-            return self.angle(read.displacement, "lower")
+            return self.angle(read.displacement, OF_PLAY + OF_STIFFNESS)
         return displacement_figure(gearbox, read, self.units)
 
     def lost_motion(self, read: CurveReadings) -> Cell:
         """Return the lost motion."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
-            return self.angle(np.zeros(2) if read.lost_motion is None else read.lost_motion)
+            lost = np.zeros(2) if read.lost_motion is None else read.lost_motion
+            return self.angle(lost, OF_PLAY + OF_STIFFNESS)
         return lost_motion_figure(gearbox, read, self.units)
 
 

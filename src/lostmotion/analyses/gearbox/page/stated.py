@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.catalogue.gearboxes import find_rows
+from lostmotion.error_model.provenance import part_states
 from lostmotion.errors import InputError
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT
@@ -29,8 +30,9 @@ if TYPE_CHECKING:
 
 # The sample of a figure that was stated.
 STATED: Final = "the values stated"
-# Fields that determine the play, and the hysteresis.
+# Kinds of error and fields that determine the play, the wind-up and the hysteresis.
 OF_PLAY: Final = ("backlash", "lost_motion")
+OF_STIFFNESS: Final = ("stiffness",)
 OF_LOOP: Final = ("hysteresis",)
 
 
@@ -119,11 +121,11 @@ def verdict_of_figures(gear: Gear, gearbox: StatedGearbox, units: Units) -> str:
         f"A {kind}gearbox by stated figures"
         + (f"; not specified and assumed ideal: {silent}." if silent else ".")
     ]
-    if gear.loop is not None:
-        sentences.append(f"Play {play_figure(gearbox, units)}.")
+    if gear.loop is not None and named["play"]:
+        sentences.append(f"Play {_in_sentence(play_figure(gearbox, units))}.")
     if gear.read is not None and gear.read.lost_motion is not None:
         sentences.append(
-            f"Lost motion {lost_motion_figure(gearbox, gear.read, units)} at ± "
+            f"Lost motion {_in_sentence(lost_motion_figure(gearbox, gear.read, units))} at ± "
             f"{gear.read.asked.small:.4g} {units.torque}."
         )
     if gear.wind_up and gear.read is not None:
@@ -132,10 +134,15 @@ def verdict_of_figures(gear: Gear, gearbox: StatedGearbox, units: Units) -> str:
             displacement_figure(gearbox, gear.read, units),
         )
         sentences.append(
-            f"Under {load_text(gear, units)} the output is {displacement} from the middle of "
-            f"its play; {wound} of that is wind-up."
+            f"Under {load_text(gear, units)} the output is {_in_sentence(displacement)} from the "
+            f"middle of its play; {wound} of that is wind-up."
         )
     return " ".join(sentences)
+
+
+def _in_sentence(figure: Cell) -> str:
+    """Return a figure with its bound in words."""
+    return str(figure).replace("≥", "at least").replace("≤", "at most")
 
 
 def _states_play(gearbox: StatedGearbox) -> bool:
@@ -197,7 +204,8 @@ def cards_of_figures(gear: Gear, gearbox: StatedGearbox, units: Units) -> list[C
 
 def play_figure(gearbox: StatedGearbox, units: Units) -> Cell:
     """Return the play with its stated limits."""
-    return at_most(_limited(gearbox.play.nominal, gearbox.play.tolerance, units), gearbox, OF_PLAY)
+    play = _limited(gearbox.play.nominal, gearbox.play.tolerance, units)
+    return bounded(play, gearbox, OF_PLAY)
 
 
 def wind_up_figure(gearbox: StatedGearbox, wound: float, units: Units) -> Cell:
@@ -213,7 +221,8 @@ def lost_motion_figure(gearbox: StatedGearbox, read: CurveReadings, units: Units
     tolerance = math.hypot(
         gearbox.play.tolerance, gearbox.stiffness_scatter * (value - gearbox.play.nominal)
     )
-    return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
+    rests_on = OF_PLAY if gearbox.lost_motion is not None else (*OF_PLAY, *OF_STIFFNESS)
+    return bounded(_limited(value, tolerance, units), gearbox, rests_on)
 
 
 def displacement_figure(gearbox: StatedGearbox, read: CurveReadings, units: Units) -> Cell:
@@ -224,16 +233,17 @@ def displacement_figure(gearbox: StatedGearbox, read: CurveReadings, units: Unit
     tolerance = math.hypot(
         gearbox.play.tolerance / 2, gearbox.stiffness_scatter * float(read.wind_up[0])
     )
-    return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
+    return bounded(_limited(value, tolerance, units), gearbox, OF_PLAY)
 
 
-def at_most(figure: Cell, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Cell:
-    """Mark a figure as an upper limit where it depends on a maker's upper limit."""
-    return (
-        replace(figure, bound="upper")
-        if any(name in gearbox.upper_limits for name in rests_on)
-        else figure
-    )
+def bounded(figure: Cell, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Cell:
+    """Mark a figure as an upper bound where it depends on a maker's upper limit, as a lower one
+    where it depends on a kind of error that nothing describes; neither with both.
+    """
+    known = part_states(gearbox, "gearbox")
+    upper = any(name in gearbox.upper_limits for name in rests_on)
+    lower = any(known.get(name) == "ideal" for name in rests_on)
+    return figure if upper == lower else replace(figure, bound="upper" if upper else "lower")
 
 
 def _limited(value: float, tolerance: float, units: Units) -> Cell:
@@ -275,9 +285,9 @@ def _stated_rows(gearbox: StatedGearbox, units: Units) -> Iterator[tuple[str, Ce
         yield "play", play_figure(gearbox, units), from_lost_motion
     if gearbox.lost_motion is not None:
         note = f"between ± {100 * gearbox.lost_motion_torque:.3g} % of the rated {units.what}"
-        yield "lost motion", at_most(Cell(gearbox.lost_motion, units.angle), gearbox, OF_PLAY), note
+        yield "lost motion", bounded(Cell(gearbox.lost_motion, units.angle), gearbox, OF_PLAY), note
     if gearbox.loop_width is not None:
-        width = at_most(Cell(gearbox.loop_width, units.angle), gearbox, OF_LOOP)
+        width = bounded(Cell(gearbox.loop_width, units.angle), gearbox, OF_LOOP)
         yield "friction's loop, full width", width, f"at zero {units.what}, without the play"
     friction = gearbox.friction
     if friction.load.nominal:

@@ -137,6 +137,13 @@ class ExaminedDrawing:
         return self.curve.friction
 
     @property
+    def without_play(self) -> bool:
+        """Return whether the drawing describes nothing that opens play, and no gearbox is
+        preloaded: real ones then have more play, lost motion and transmission error.
+        """
+        return not (self.play.any() or self.jammed or np.ptp(self.lost_motion))
+
+    @property
     def lost_motion(self) -> Floats:
         """Return the lost motion (gearbox,), rad; of a drawing its torque is always known."""
         if self.read.lost_motion is None:
