@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 # Poses of the figures of a class: enough for the one digit that is printed.
 POSES: Final = 64
 VISITS: Final = 30
+ROBOTS: Final = 64
 LEVEL: Final = 0.95
 
 
@@ -32,6 +33,7 @@ class ClassFigures:
                    found without sampling
     repeatability  RP_l of ISO 9283 over 30 visits, each joint arriving from one side, mean over
                    poses and robots, m
+    any_approach   the same where joints arrive from either side at random, m
     default        whether it is the class of the arm itself
     beyond         factor by which arms of the class may be worse, where no next class shows it
     """
@@ -39,6 +41,7 @@ class ClassFigures:
     name: str
     within: float
     repeatability: float
+    any_approach: float
     default: bool
     beyond: float = 1.0
 
@@ -86,6 +89,7 @@ def _of_class(
     arm: Arm, each: DriveClass, loads: Mapping[str, float] | None, seed: int, *, default: bool
 ) -> ClassFigures:
     from lostmotion.propagation.analytic import analytic
+    from lostmotion.propagation.montecarlo.montecarlo import run
     from lostmotion.propagation.pooled import pooled
 
     other = arm if default and loads is None else with_class(arm, each, loads)
@@ -97,6 +101,7 @@ def _of_class(
         each.name,
         within,
         float(expected_repeatability(visits, VISITS)[0].mean()),
+        float(run(other, poses, ROBOTS, VISITS, seed).robot_means[:, :, 2].mean()),
         default,
         each.beyond,
     )

@@ -190,3 +190,53 @@ def test_a_length_has_one_digit(value, near, down, up):
         down,
         up,
     )
+
+
+PRESETS = """tip = "tool"
+presets = { revolute = "hobby servo", link = "printed PLA", mounting = "printed" }
+[payload]
+mass = "100 g"
+"""
+
+
+@pytest.mark.parametrize("method", ["montecarlo", "analytic"])
+def test_an_arm_of_presets_alone_has_figures_of_one_digit(printed, method):
+    """Every drive comes from a preset: the headline says so beside one digit, as figures by class
+    have it, and bars and statements follow; a stated play ends that.
+    """
+    sidecar = printed.with_suffix(".toml")
+    sidecar.write_text(PRESETS, "utf-8")
+    small = {"poses": 64, "robots": 16, "visits": 3, "method": method}
+    sheet = lostmotion.study(printed, **small).sheet
+    assert re.match(
+        r"Assumed by preset, hobby servo: expect 95 % of positions within \d+ mm\. ", sheet.verdict
+    )
+    lengths = [
+        figure
+        for block in sheet.bars
+        for bar in block.bars
+        for figure in (bar.figure, bar.effect)
+        if figure is not None and figure.unit == "m"
+    ]
+    assert lengths
+    assert all(re.fullmatch(r"-?0*\.?0*[1-9]?0* .?m", str(each)) for each in lengths)
+    said = dict(sheet.brief)
+    assert re.search(r"mean \d mm|mean 0\.\d mm", said["Where"])
+    if method == "montecarlo":
+        assert re.match(r"RP, ISO cycle \d+ mm|RP, ISO cycle 0\.\d mm", said["RP"])
+        assert "RP, any approach" in said["RP"]
+    sidecar.write_text(f'{PRESETS}[joints.j2]\ngearbox = {{ backlash = "1 deg" }}\n', "utf-8")
+    stated = lostmotion.study(printed, **small).sheet
+    assert "Assumed by preset" not in stated.verdict
+    assert re.search(r"within \d+\.\d+ mm", stated.verdict)
+
+
+def test_both_ways_to_arrive_are_on_the_screen_of_an_assumed_arm(printed):
+    """RP in the ISO cycle and of any approach have a column each for every class; backlash makes
+    the second larger.
+    """
+    lostmotion.new(urdf=printed).report()
+    sheet = lostmotion.study(printed, poses=64, robots=16, visits=3).sheet
+    table = next(each for each in sheet.sections if each.key == "drive_classes")
+    assert table.columns == ("95 % within", "RP, ISO cycle", "RP, any approach")
+    assert all(row.cells[2].value > row.cells[1].value for row in table.rows)

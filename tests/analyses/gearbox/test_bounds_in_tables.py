@@ -83,4 +83,3 @@ def test_what_no_figure_states_is_no_zero(more, play, loop, lost):
     assert bound_of(sheet, "loop", "friction's loop alone") == loop
     assert bound_of(sheet, "loop", "lost motion") == lost
     assert ("Play 0" in sheet.verdict) == (more.get("backlash") == "0 arcmin")
-

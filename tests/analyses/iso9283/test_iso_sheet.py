@@ -55,7 +55,8 @@ def test_the_sheet_says_what_was_found(both):
     assert most.samples == "60 robots x 10 visits"
     assert row_at(sheet.sections, "cube", "side").cells[0].as_shown == pytest.approx(500)
     keys = [section.key for section in sheet.sections]
-    assert keys[:4] == ["cube", "poses", "ap100", "ap10"]
+    assert keys[0] == "compared"
+    assert keys[keys.index("cube") :][:4] == ["cube", "poses", "ap100", "ap10"]
     assert {
         "fitted",
         "either",
@@ -74,7 +75,8 @@ def test_the_sheet_says_what_was_found(both):
     assert {plot.section for plot in drawn} <= set(keys)
     assert len({plot.key for plot in drawn}) == len(drawn) == 8
     json.dumps(both.result(), allow_nan=False)
-    assert "of 20 measured figures lie between" in sheet.verdict
+    assert re.match(r"\d+ of 20 measured figures lie between", sheet.verdict)
+    assert "Predicted in the test cube of 500 mm: " in sheet.verdict
 
 
 def test_the_measured_cube_is_the_one_predicted_in(both):
@@ -317,6 +319,42 @@ def test_other_poses_are_compared_where_the_robot_was_sent():
     ]
     assert "commanded poses of the file" in found.sheet.verdict
     assert any("not P1 to P5 of the test cube" in note for note in found.sheet.notes)
+
+
+def test_a_cube_of_other_corners_is_compared_at_its_commands(tmp_path):
+    """Five poses in another plane of a cube, in decimal commas: the comparison at these poses comes
+    first, and figures of the test cube found elsewhere are named as such.
+    """
+    centre, half = np.array([520.0, 0.0, 1000.0]), 50.0
+    corners = {"P1": (0, 0, 0), "P2": (1, 1, 1), "P3": (-1, 1, 1), "P4": (-1, -1, -1)}
+    at = {name: centre + half * np.array(corner) for name, corner in corners.items()}
+    at["P5"] = centre + half * np.array([1, -1, -1])
+    chance = np.random.default_rng(5)
+    rows = [
+        (name, cycle, *point, *(point + 0.3 + 0.02 * chance.normal(size=3)))
+        for cycle in range(1, 6)
+        for name, point in at.items()
+    ]
+    lines = [";".join(str(x).replace(".", ",") for x in row) for row in rows]
+    path = tmp_path / "measured.csv"
+    heads = "pose;cycle;xc [mm];yc [mm];zc [mm];x [mm];y [mm];z [mm]"
+    path.write_text("\n".join([heads, *lines]), encoding="utf-8")
+    found = lostmotion.iso9283(
+        lostmotion.read(Z_ARM), path, robots=4, visits=3, cube=None, centre=None
+    )
+    assert found.commanded.names == tuple(at)
+    np.testing.assert_allclose(
+        [pose[:3, 3] for pose in found.commanded.poses],
+        np.stack(list(at.values())) / 1e3,
+        atol=1e-6,
+    )
+    said = found.sheet.verdict
+    assert re.match(r"\d+ of \d+ measured figures lie between", said)
+    assert "at the 5 commanded poses of the file: AP_p at P" in said
+    assert said.index("Not compared, predicted in a test cube of") > said.index("Measured: ")
+    titles = [card.title for card in found.sheet.cards]
+    assert titles.index("as predicted") < titles.index("AP_p, 95 % of arms, test cube")
+    assert "AP_p, 95 % of arms" not in titles
 
 
 @pytest.mark.parametrize("asked", [{}, {"cube": 0.4}, {"path": ("P1",)}, {"path": ("P1", "P9")}])

@@ -261,7 +261,7 @@ class AnalyticStudy(Figured, Attributed, Result):
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.accuracy.page.analytic import analytic_sheet
-        from lostmotion.analyses.accuracy.page.drive_classes import with_classes
+        from lostmotion.analyses.accuracy.page.drive_classes import with_classes, with_presets
 
         blame = replace(self.budget, halving=self.halving)
         sheet = analytic_sheet(
@@ -275,7 +275,10 @@ class AnalyticStudy(Figured, Attributed, Result):
             remedied=self.remedied,
             approach=self.approach,
         )
-        return with_classes(sheet, self.classes, self.states)
+        if self.classes:
+            return with_classes(sheet, self.classes, self.states)
+        within = self.figures["p95"].value
+        return with_presets(sheet, self.arm, within, self.states)
 
     @property
     def plots(self) -> Sequence[Plot]:

@@ -17,7 +17,11 @@ from lostmotion.analyses.accuracy.page.budget import (
     levels_section,
     requested_sections,
 )
-from lostmotion.analyses.accuracy.page.drive_classes import with_classes
+from lostmotion.analyses.accuracy.page.drive_classes import (
+    rounding,
+    with_classes,
+    with_presets,
+)
 from lostmotion.analyses.accuracy.page.error import (
     bands_clause,
     bands_facts,
@@ -165,13 +169,13 @@ def sheet(answer: Answer) -> Sheet:
         },
         about=about_arm(answer.arm),
         bars=bounded_bars(_bars(answer), known, ("waterfall",)),
-        brief=brief_of(found, answer, known),
+        brief=brief_of(found, answer, known, rounding(answer.arm)),
     )
-    return with_classes(
-        checked(whole, sampled.exact, answer.figures[HEADLINE].value, answer.arm),
-        answer.classes,
-        known,
-    )
+    within = answer.figures[HEADLINE].value
+    whole = checked(whole, sampled.exact, within, answer.arm)
+    if answer.classes:
+        return with_classes(whole, answer.classes, known)
+    return with_presets(whole, answer.arm, within, known)
 
 
 def _bars(answer: Answer) -> tuple[Bars, ...]:

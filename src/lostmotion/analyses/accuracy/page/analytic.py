@@ -15,6 +15,7 @@ from lostmotion.analyses.accuracy.page.budget import (
     levels_section,
     requested_sections,
 )
+from lostmotion.analyses.accuracy.page.drive_classes import rounding
 from lostmotion.analyses.accuracy.page.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.page.first_screen import (
     blame_bars,
@@ -217,7 +218,7 @@ def _brief(
                     ),
                 )
             )
-    out += [("Where", where(arm, poses.q, found.mean, known)), *trust(known)]
+    out += [("Where", where(arm, poses.q, found.mean, known, rounding(arm))), *trust(known)]
     return tuple((word, text) for word, text in out if text)
 
 

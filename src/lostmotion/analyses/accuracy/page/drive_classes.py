@@ -1,5 +1,5 @@
-"""The table of classes of drive, and the headline of an arm whose drives are all assumed from
-classes.
+"""The table of classes of drive, and the headline of an arm whose drives are all assumed, from
+classes or presets: figures of one digit.
 """
 
 from __future__ import annotations
@@ -10,24 +10,29 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.accuracy.drive_classes import ClassFigures
 from lostmotion.error_model.arrival import rp_key, rp_name
-from lostmotion.reporting.provenance import missing_sentences, rests_on_sentences
+from lostmotion.io.drive_classes import presets_of_arm
+from lostmotion.reporting.provenance import at_least, missing_sentences, rests_on_sentences
 from lostmotion.reporting.sheet import Cell, Row, Section
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from lostmotion.error_model.provenance import States
-    from lostmotion.reporting.sheet import Sheet
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.reporting.sheet import Bars, Sheet
 
 KEY: Final = "drive_classes"
 # The standard's cycle visits every pose from one side.
 _RP: Final = rp_name(1.0)
 _RP_KEY: Final = rp_key(1.0)
-_HEADS: Final = ("95 % within", _RP)
+_ANY: Final = rp_name(0.0)
+_ANY_KEY: Final = rp_key(0.0)
+_HEADS: Final = ("95 % within", _RP, _ANY)
 _NOTE: Final = (
     "the same arm with drives of its class and of the neighbouring ones, each joint's drive "
     "for its load; one digit, because every value is "
-    "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side"
+    "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side in its "
+    "cycle, or from either side at random"
 )
 # Cards of errors, which have more digits than a class supports.
 _SLACK: Final = 0.03
@@ -55,7 +60,7 @@ def class_section(figures: Sequence[ClassFigures]) -> Section:
     rows = [
         Row(
             f"as {each.name} arm",
-            (_figure(each.within), _figure(each.repeatability)),
+            tuple(map(_figure, (each.within, each.repeatability, each.any_approach))),
             "the class of this arm's drives" if each.default else "",
             each.name.replace(" ", "_"),
         )
@@ -92,12 +97,68 @@ def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -
             [class_sentence(figures), *missing_sentences(known), *rests_on_sentences(known)]
         ),
         cards=tuple(card for card in sheet.cards if not card.key),
+        bars=_bars_of_one_digit(sheet.bars),
         brief=(
             *class_brief(figures),
             *(each for each in sheet.brief if not each[0].startswith("RP")),
         ),
         sections=(class_section(figures), *sheet.sections),
         facts={**sheet.facts, **class_facts(figures)},
+    )
+
+
+def with_presets(sheet: Sheet, arm: Arm, within: float, known: States) -> Sheet:
+    """Return the sheet of a study with a headline and bars of one digit (`within`, m), where every
+    drive is a preset.
+    """
+    names = presets_of_arm(arm)
+    if not names:
+        return sheet
+    of = f"preset, {names[0]}" if len(names) == 1 else f"presets, {', '.join(names)}"
+    expected = at_least(rounded_length(within), known)
+    sentence = (
+        f"Assumed by {of}: expect 95 % of positions within {expected}. It has one digit, because "
+        "no drive is stated."
+    )
+    return replace(
+        sheet,
+        verdict=" ".join([sentence, *missing_sentences(known), *rests_on_sentences(known)]),
+        cards=tuple(card for card in sheet.cards if not card.key),
+        bars=_bars_of_one_digit(sheet.bars),
+    )
+
+
+def rounding(arm: Arm) -> Callable[[Cell], Cell]:
+    """Return what rounds the lengths in a study's statements: to one digit where every drive is a
+    preset, else not at all.
+    """
+    return _one_digit if presets_of_arm(arm) else lambda figure: figure
+
+
+def _one_digit(figure: Cell) -> Cell:
+    """Return a length with one digit and without its interval; another figure as it is."""
+    if figure.unit != "m" or figure.words:
+        return figure
+    sign = "-" if figure.value < 0 else ""
+    words = f"{sign}{rounded_length(abs(figure.value))}"
+    return replace(figure, words=words, low=math.nan, high=math.nan)
+
+
+def _bars_of_one_digit(blocks: Iterable[Bars]) -> tuple[Bars, ...]:
+    """Return blocks of bars whose lengths have one digit."""
+    return tuple(
+        replace(
+            block,
+            bars=tuple(
+                replace(
+                    bar,
+                    figure=_one_digit(bar.figure),
+                    effect=None if bar.effect is None else _one_digit(bar.effect),
+                )
+                for bar in block.bars
+            ),
+        )
+        for block in blocks
     )
 
 
@@ -110,7 +171,7 @@ def _of_class(each: ClassFigures) -> str:
     own = " (this one)" if each.default else ""
     return (
         f"as {each.name} arm{own}: 95 % within {rounded_length(each.within)}, {_RP}: "
-        f"{rounded_length(each.repeatability)}"
+        f"{rounded_length(each.repeatability)}, {_ANY}: {rounded_length(each.any_approach)}"
     )
 
 
@@ -122,6 +183,7 @@ def class_facts(figures: Sequence[ClassFigures]) -> dict[str, Any]:
                 "class": each.name,
                 "within_95": each.within,
                 _RP_KEY: each.repeatability,
+                _ANY_KEY: each.any_approach,
                 "default": each.default,
             }
             for each in figures

@@ -33,7 +33,7 @@ from lostmotion.reporting.provenance import (
 from lostmotion.reporting.sheet import Bar, Bars, Cell, in_one_unit, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from lostmotion.accuracy.answer import Answer
     from lostmotion.error_model.budget import Cost
@@ -56,20 +56,28 @@ _NANOMETRE: Final = 1e-9
 
 
 def brief_of(
-    found: Sequence[Section], answer: Answer, known: States
+    found: Sequence[Section], answer: Answer, known: States, shown: Callable[[Cell], Cell]
 ) -> tuple[tuple[str, str], ...]:
-    """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
+    """Return the statements of a study by Monte Carlo, each a word and a sentence or two; `shown`
+    rounds their figures.
+    """
     out = [
-        ("RP", repeatability_statement(found, answer.repeats, answer.arm, known)),
+        ("RP", repeatability_statement(found, answer.repeats, answer.arm, known, shown)),
         ("Target", _within_target(found, answer, known)),
     ]
     for k, zone in enumerate(answer.zones, 1):
         row = row_at(found, f"zone_{k}", HEADLINE)
-        out += [("Zone", zone_sentence(zone.name, row.cells[0], known))] if row is not None else []
+        out += (
+            [("Zone", zone_sentence(zone.name, shown(row.cells[0]), known))]
+            if row is not None
+            else []
+        )
     out += [
         (
             "Where",
-            where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known),
+            where(
+                answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known, shown
+            ),
         ),
         ("Drives", drives(answer.arm, answer.worst_torques)),
     ]
@@ -112,15 +120,16 @@ def zone_sentence(name: str, inside: Cell, known: States) -> str:
     return f"In the zone {name} expect 95 % within {at_least(within, known)}."
 
 
-def where(arm: Arm, q: Floats, mean: Floats, known: States) -> str:
+def where(arm: Arm, q: Floats, mean: Floats, known: States, shown: Callable[[Cell], Cell]) -> str:
     """Return the mean error (m) at the best and at the worst of the poses q (pose, joint), rad and
-    m; empty where all are equal.
+    m; empty where all are equal. `shown` rounds it.
     """
     if not np.ptp(mean) > 0:
         return ""
     best, worst = int(mean.argmin()), int(mean.argmax())
     at_best, at_worst = (
-        f"{at_least(length(float(mean[k])), known)} at {_joints(arm, q[k])}" for k in (best, worst)
+        f"{at_least(shown(length(float(mean[k]))), known)} at {_joints(arm, q[k])}"
+        for k in (best, worst)
     )
     in_order = "" if _named(arm) else " (joints in order)"
     return f"Best pose: mean {at_best}; worst: {at_worst}{in_order}."

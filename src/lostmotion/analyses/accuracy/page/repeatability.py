@@ -14,7 +14,7 @@ from lostmotion.reporting.provenance import repeats_bounded
 from lostmotion.reporting.sheet import Bar, Bars, Cell, Row, Section, in_words, several
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -95,10 +95,14 @@ def with_made_of_bars(
 
 
 def repeatability_statement(
-    found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States
+    found: Sequence[Section],
+    repeats: Sequence[Repeatability],
+    arm: Arm,
+    known: States,
+    shown: Callable[[Cell], Cell],
 ) -> str:
     """Return the sentence on RP in the standard's cycle and from any approach, each with its
-    largest causes; empty for a study of one visit.
+    largest causes; empty for a study of one visit. `shown` rounds its figures.
     """
     if not repeats:
         return ""
@@ -111,7 +115,7 @@ def repeatability_statement(
             clauses.append(f"{name}: not predicted, no described error differs between visits")
             continue
         causes = "; ".join(filter(None, (_largest(each), _lacking(_missing(each, arm)))))
-        clauses.append(f"{name} {_bounded(row.cells[0], each, arm, known)} ({causes})")
+        clauses.append(f"{name} {_bounded(shown(row.cells[0]), each, arm, known)} ({causes})")
     return f"{'; '.join(clauses)}, for 95 % of the robots."
 
 

@@ -35,6 +35,10 @@ NO_DIFFERENCE_SEEN: Final = "no difference seen"
 EQUAL: Final = "equal"
 
 
+# Changes of a length (m) below it are not quantified: no parts have such values.
+SMALLEST: Final = 1e-9
+
+
 def figure(found: Estimate, unit: str, samples: str = "") -> Cell:
     """Return an estimate as people read it (`printed.suited`); a price has no unit."""
     if unit == "price":
@@ -133,7 +137,7 @@ def _of_arms(found: Comparison) -> list[Bars]:
 def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
     """Return the bars of one arm's change by part; none where no part changes it."""
     largest = max((abs(each.share.value) for each in change.parts), default=0.0)
-    if not largest > 0:
+    if not largest > SMALLEST:
         return []
     own = [each for each in change.parts if abs(each.share.value) >= _LEAST * largest]
     own = own if len(own) <= _MOST_BARS + 1 else own[:_MOST_BARS]

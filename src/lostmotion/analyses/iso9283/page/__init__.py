@@ -133,6 +133,7 @@ _WORDS: Final = (
         "95 % confidence interval from the number of robots. A question mark: too few robots.",
     ),
 )
+_CUBE: Final = "test cube"
 _SAME: Final = "The same files, version and seed give the same bytes."
 
 
@@ -179,9 +180,17 @@ def iso_sheet(
     sheet = with_arm(
         replace(
             sheet,
-            verdict=f"{sheet.verdict} {both.verdict}",
-            cards=(*sheet.cards, *both.cards),
-            sections=(*sheet.sections, *both.sections),
+            verdict=f"{both.verdict} {_beside(predicted, commanded)}: {sheet.verdict}",
+            cards=(
+                *both.cards,
+                *(
+                    card
+                    if commanded is None or card.title == _CUBE
+                    else replace(card, title=f"{card.title}, {_CUBE}")
+                    for card in sheet.cards
+                ),
+            ),
+            sections=(*both.sections, *sheet.sections),
             counts=counted,
             warnings=both.warnings,
             notes=(*sheet.notes, *both.notes),
@@ -216,6 +225,14 @@ def _measured_sheet(
         source=f"{counted}. {_SAME}",
         facts=measured_facts(measured, compared),
     )
+
+
+def _beside(predicted: PredictedRobots, commanded: CommandedPoses | None) -> str:
+    """Return what leads to the predicted figures beside measured ones: they are those of a test
+    cube, which need not have the poses of the measured file.
+    """
+    where = "Predicted in the" if commanded is None else "Not compared, predicted in a"
+    return f"{where} test cube of {predicted.cube.side * 1e3:.0f} mm"
 
 
 def _predicted_verdict(found: PredictedRobots, known: States, either_known: States) -> str:
@@ -312,7 +329,7 @@ def _predicted_cards(
         [
             Card("AP_p, 95 % of arms", accurate, "worst of five poses", limited_as="error"),
             Card("AP_p, best-fit frames", fitted, "95 % of arms, worst pose", limited_as="error"),
-            Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
+            Card(_CUBE, f"{found.cube.side * 1e3:.0f} mm", "side"),
         ],
         known,
     )

@@ -55,8 +55,8 @@ def measured_counts(found: MeasuredRobot) -> str:
 def measured_verdict(
     found: MeasuredRobot, compared: Sequence[ComparedFigure], commanded: CommandedPoses | None
 ) -> str:
-    """Return the headline of the measured robot: its characteristics, and how many lie within the
-    range of the robots predicted at the same poses.
+    """Return the headline of the measured robot: how many of its characteristics lie within the
+    range of the robots predicted at the same poses, and what they are.
     """
     sentences = [positioning_sentence(found)] if any(load.axes for load in found.loads) else []
     for load in found.loads:
@@ -97,18 +97,16 @@ def measured_verdict(
         "repeatability is known."
     )
     shown = [each for each in compared if each.name in SHOWN]
-    if shown:
-        where = (
-            ""
-            if commanded is None
-            else f" at the {len(commanded.names)} commanded poses of the file"
-        )
-        text += (
-            f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie "
-            "between the 5th and 95th percentile of the robots "
-            f"predicted{where}{_largest_of(shown)}."
-        )
-    return text
+    if not shown:
+        return text
+    where = (
+        "" if commanded is None else f" at the {len(commanded.names)} commanded poses of the file"
+    )
+    return (
+        f"{sum(each.within for each in shown)} of {len(shown)} measured figures lie "
+        "between the 5th and 95th percentile of the robots "
+        f"predicted{where}{_largest_of(shown)}. {text}"
+    )
 
 
 def _largest_of(shown: list[ComparedFigure]) -> str:

@@ -64,7 +64,8 @@ def compliance_sentences(survey: Survey, known: States) -> list[str]:
     if survey.payload_deflection is not None:
         deflection = length(float(survey.payload_deflection.max()))
         sentences.append(
-            f"The payload's weight deflects the tool by up to {at_least(deflection, known)}."
+            f"The payload's weight deflects the tool by {at_least(deflection, known)} at the worst "
+            "pose."
         )
     return sentences
 
@@ -82,7 +83,7 @@ def compliance_cards(survey: Survey, known: States) -> list[Card]:
             f"pose {survey.softest_pose}",
             limited_as="error",
         ),
-        Card("stiffness there", str(_stiffness(largest)), "tool free to rotate"),
+        Card("stiffness there", f"{sign}{_stiffness(largest)}", "tool free to rotate"),
         *(
             Card(
                 f"stiffness along {axis}",
