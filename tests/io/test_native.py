@@ -204,6 +204,12 @@ def test_distributions_are_read_from_a_file(tmp_path):
         ),
         ('link = { length_tolerance = "50 µm" }\n', "joints.A.link", "a length or a tip"),
         ("link = 3\n", "joints.A.link", "a table"),
+        (
+            'bearing = { rigid = true, length = "400 mm" }\n',
+            "joints.A.bearing.length",
+            "one of kind, rigid",
+        ),
+        ("bearing = { rigid = false }\n", "joints.A.bearing.rigid", "true"),
         ('after = "A.tip"\n', "joints.A.after", "of an earlier joint"),
         ("after = 3\n", "joints.A.after", "text"),
     ],

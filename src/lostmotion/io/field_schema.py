@@ -106,12 +106,17 @@ def _words(option: Any) -> str:  # noqa: ANN401 - any annotation
     origin = _origin(option)
     members = get_args(option)
     if origin is Literal:
-        return ("one of " if len(members) > 1 else "") + ", ".join(f'"{word}"' for word in members)
+        return ("one of " if len(members) > 1 else "") + ", ".join(map(_literal, members))
     if origin is tuple and members[-1] is not Ellipsis:
         return f"a list of {len(members)}, each {words(options_of(members[0]))}"
     if origin in (tuple, list):
         return f"a list, each {words(options_of(members[0]))}"
     return {str: "text", float: "a finite number", int: "a whole number"}.get(option, "a table")
+
+
+def _literal(word: object) -> str:
+    """Return a word or a truth value as it stands in a file."""
+    return str(word).lower() if isinstance(word, bool) else f'"{word}"'
 
 
 def example(options: Options) -> str:
@@ -126,7 +131,7 @@ def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
     origin = _origin(option)
     members = get_args(option)
     if origin is Literal:
-        return f'"{members[0]}"'
+        return _literal(members[0])
     if origin is tuple and members[-1] is not Ellipsis:
         return "[" + ", ".join(example(options_of(member)) for member in members) + "]"
     if origin in (tuple, list):

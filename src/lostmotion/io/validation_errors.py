@@ -137,7 +137,9 @@ def _spot(detail: Any, model: type[BaseModel]) -> _KeyPlace:  # noqa: ANN401 - p
             "missing",
             "extra_forbidden",
         )
-        if further or is_key:
+        if tagged and len(models(here)) > 1:  # also where a key has the name of its kind: rigid
+            spot.trail[-1] = tagged
+        elif further or is_key:
             spot.path = (*spot.path, item)
             spot.trail.append(further)
         elif tagged:
