@@ -173,3 +173,25 @@ def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):
         assert here.low <= there.high
         assert there.low <= here.high
     assert all(np.isfinite(row.cells[0].as_shown) and row.cells[0].interval for row in section.rows)
+
+
+def test_errors_beyond_what_is_counted_are_refused_by_their_largest_part():
+    """A play of 9e14 arcminutes is a mistake: no figure, plot or remedy follows from it."""
+    arm = {
+        "name": "far off",
+        "joints": [
+            {
+                "name": "A",
+                "type": "revolute",
+                "axis": "z",
+                "limits": ["-90 deg", "90 deg"],
+                "gearbox": {"ratio": 100, "backlash": "9e14 arcmin"},
+                "link": {"length": "400 mm ± 1 mm", "direction": "x"},
+            }
+        ],
+    }
+    with pytest.raises(lostmotion.InputError) as error:
+        lostmotion.study(arm, poses=16, robots=4, visits=2)
+    (problem,) = error.value.problems
+    assert problem.key == "A.gearbox"
+    assert "16 m" in problem.found

@@ -4,20 +4,24 @@ any described error source, workspace and holding torques alone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.accuracy.answer import Answer, answer
 from lostmotion.accuracy.drive_classes import class_figures
 from lostmotion.analyses.accuracy.result import AnalyticStudy, Study
 from lostmotion.analyses.arguments import chosen_poses
 from lostmotion.analyses.result import Result
-from lostmotion.error_model.budget import budget
+from lostmotion.error_model.budget import budget, costs
 from lostmotion.error_model.few_poses import many_poses
+from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_selection import among, one_pose, poses_in_zone
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.trust import with_figures
+from lostmotion.errors import InputError, Problem
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
 from lostmotion.reporting.sheet import several
@@ -34,8 +38,12 @@ if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Lines, Sheet
+
+# Of the largest quantile that a study reports.
+_LARGEST_LEVEL: Final = 0.99
 
 
 def carry_out(
@@ -53,7 +61,7 @@ def carry_out(
     `law` chooses more poses where the route continues until figures are precise; None where the
     poses were given. `target` (m): an error of which the share of positions within it is counted.
     Raises InputError for a pose that there is not, and a zone that no pose reaches, before anything
-    is computed.
+    is computed, and for errors so large that they are not counted.
     """
     chosen = with_figures(arm, chosen)
     for pose in at:
@@ -69,6 +77,7 @@ def carry_out(
     in_zones = tuple(room.studied(route) for room in rooms)
     study: Study | AnalyticStudy
     if found.sampled is not None:
+        _refuse_beyond_histogram(arm, found.sampled)
         whole = answer(
             arm,
             found.poses,
@@ -114,6 +123,26 @@ def carry_out(
     for pose in at:
         study = study.with_budget(at=pose)
     return study
+
+
+def _refuse_beyond_histogram(arm: Arm, sampled: Sampled) -> None:
+    """Raise InputError where the 99th percentile lies beyond the lengths that are counted: some
+    value is wrong, and no figure would mean anything.
+    """
+    if math.isfinite(quantile(sampled.group_hist.sum(axis=0), _LARGEST_LEVEL)):
+        return
+    largest = short_name(costs(sampled.tally)[0].part)
+    raise InputError(
+        [
+            Problem(
+                arm.name,
+                largest,
+                "the largest share of position errors of 16 m and more",
+                "values whose errors are small beside the arm",
+                'gearbox = { backlash = "1 arcmin" }',
+            )
+        ]
+    )
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.compare.page.figures import figure, is_decided, measure_of
+from lostmotion.analyses.compare.page.figures import SMALLEST, figure, is_decided, measure_of
 from lostmotion.analyses.compare.page.headline import NAMED, signed
 from lostmotion.comparison.description import ABSENT, WHOLE_JOINT
 from lostmotion.error_model.arrival import rp_key, rp_name
@@ -107,6 +107,8 @@ def _changed(found: Comparison, key: str, what: str, *, repeats: bool = False) -
         seen = (
             "equal"
             if not size.value and size.low == size.high
+            else "change below 0.001 µm"
+            if measure.unit == "m" and max(abs(size.low), abs(size.high)) < SMALLEST
             else f"{signed(made)}, {made.interval}"
             if is_decided(size)
             else "no difference seen"
