@@ -13,6 +13,7 @@ from lostmotion.error_model.arrival import last_motion
 from lostmotion.error_model.drawing_tolerances import TaskGeometryError, TaskPlaces, measure
 from lostmotion.error_model.joint_path import joint_path
 from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
+from lostmotion.error_model.trust import refuse_untrusted
 from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
@@ -202,6 +203,7 @@ def program_of(arm: Arm, task: Task, shift: Floats | None = None) -> Program:
     placement = task.placement if shift is None else task.placement @ shift
     q = _joint_values(arm, task, placement)
     places = task.places
+    refuse_untrusted(arm, q[places], 0.0)
     state = state_of(arm, q[places])
     before = last_motion(q)[0][-1] if task.repeated else None
     if task.repeated:

@@ -14,6 +14,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.assembly import may_not_assemble
 from lostmotion.mechanism.closed_jacobian import twist_units
+from lostmotion.mechanism.closed_loads import load_remarks
 from lostmotion.mechanism.closed_trust import loosest, share_neglected
 from lostmotion.mechanism.even_poses import few_even_poses
 from lostmotion.mechanism.placed_terms import short_name
@@ -201,9 +202,9 @@ def _worst(found: Trust) -> str:
 
 def error_remarks(arm: Arm) -> tuple[str, ...]:
     """Return the remarks on an arm whose errors are predicted: where first order fails, plays that
-    stay open, and what its file leaves open.
+    stay open, loads that change the stiffness, and what its file leaves open.
     """
-    return *trust_remarks(arm), *open_play_remarks(arm), *arm.remarks
+    return *trust_remarks(arm), *open_play_remarks(arm), *load_remarks(arm), *arm.remarks
 
 
 def trust_remarks(arm: Arm) -> tuple[str, ...]:

@@ -242,7 +242,8 @@ def refuse_planar(arm: Arm) -> None:
         raise refuse_argument(
             "arm",
             f"{len(arm.tree.tool_joints)} joints that move the tool",
-            "at least three: a test cube is a body in space",
+            "at least three, for a test cube is a body in space; `lostmotion study` predicts "
+            "error and repeatability of an arm in a plane",
         )
 
 
