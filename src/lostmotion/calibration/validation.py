@@ -51,9 +51,13 @@ class HeldOut:
         """Return the share of measurements within their 95 % region, whose covariance is inflated
         by this factor.
         """
+        return float(self.within(inflation).mean())
+
+    def within(self, inflation: float = 1.0) -> NDArray[np.bool_]:
+        """Return which measurements (pose,) are within that region."""
         from scipy.stats import chi2
 
-        return float((self.distances <= chi2.ppf(0.95, self.rows) * inflation).mean())
+        return np.asarray(self.distances <= chi2.ppf(0.95, self.rows) * inflation)
 
     @property
     def inflation(self) -> float:

@@ -135,6 +135,16 @@ def test_the_predicted_radius_holds_the_unused_rows(found):
     assert len(section.rows) == 2
 
 
+def test_the_map_of_the_predicted_radius_marks_measured_poses(found):
+    """From above and from the side, each measured pose once in each view."""
+    (plot,) = [each for each in found.plots if each.key == "map"]
+    held = found.held_out.within(found.robot.inflation)
+    for on in plot.figure.axes:
+        inside, beyond = (len(line.get_xdata()) for line in on.get_lines())
+        assert (inside, beyond) == (held.sum(), (~held).sum())
+        assert len(on.patches) > 1
+
+
 def test_poses_in_a_slab_are_reported():
     """Every 20th row of the grid lies at one height."""
     visits = read_calibration_visits(GRID, lostmotion.read(ARM))
