@@ -7,17 +7,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from lostmotion.laws.frame_fit import rigid
 from lostmotion.spatial import inverse
 
 if TYPE_CHECKING:
+    from lostmotion.calibration.terms import Deviations
     from lostmotion.spatial import Floats
 
 _STEPS: Final = 200
 _SETTLED: Final = 1e-12
 # Fewest positions by which a tool offset is distinguished from the frame.
 _FEWEST: Final = 6
+# A frame farther from the base than so many prior deviations is that of the instrument.
+_FAR: Final = 3.0
+# Largest share of the reach that base and tool may leave, and offset of the tool, in prior
+# deviations.
+_WRONG_ARM: Final = 0.05
+_WRONG_TOOL: Final = 5.0
+# Mean angle that one turn of the tool may leave of measured orientations, degrees.
+_WRONG_TURN: Final = 5.0
+
+
+class WrongArmError(ValueError):
+    """A measurement that does not belong to this arm or this tool."""
 
 
 class Alignment(NamedTuple):
@@ -66,3 +80,54 @@ def in_base(frame: Floats, points: Floats) -> Floats:
     """Return positions (pose, 3) of the instrument's frame in the base frame (4, 4)."""
     back = inverse(frame)
     return np.asarray(points @ back[:3, :3].T + back[:3, 3])
+
+
+def to_base(
+    frames: Floats, point: Floats, rotation: Floats | None, sizes: Deviations
+) -> tuple[Floats, Floats | None, Alignment | None]:
+    """Return measured positions and orientations in the base frame, and the frame that was removed.
+
+    Raises WrongArmError.
+    """
+    found, rigid = align(frames, point), align(frames, point, with_tool=False)
+    reach = float(np.linalg.norm(frames[:, :3, 3], axis=1).max())
+    if found.left > _WRONG_ARM * reach:
+        raise WrongArmError(
+            f"{1e3 * found.left:.3g} mm remain on average with the best base and tool frame, "
+            f"{100 * found.left / reach:.2g} % of the reach: the rows belong to another arm, or "
+            "the joints to other columns"
+        )
+    tool = float(np.linalg.norm(found.offset))
+    if tool > _WRONG_TOOL * sizes.tool_shift and found.left < rigid.left / 2:
+        x, y, z = 1e3 * found.offset
+        raise WrongArmError(
+            f"the measured tool point is at x {x:.4g}, y {y:.4g}, z {z:.4g} mm from that of the "
+            "arm's file, in the axes of the tool: state the tool that was measured"
+        )
+    if rotation is not None:
+        largest = _WRONG_TOOL * max(sizes.tool_turn, sizes.base_turn)
+        _refuse_other_orientation(frames, found.frame[:3, :3].T @ rotation, largest)
+    if rigid.shift <= _FAR * sizes.base_shift and rigid.turn <= _FAR * sizes.base_turn:
+        return point, rotation, None
+    turned = None if rotation is None else rigid.frame[:3, :3].T @ rotation
+    return in_base(rigid.frame, point), turned, rigid
+
+
+def _refuse_other_orientation(frames: Floats, rotation: Floats, largest: float) -> None:
+    """Raise WrongArmError where orientations (pose, 3, 3) in the base are not those of the frames
+    (pose, 4, 4) but for one turn of the tool, or where that exceeds `largest`, rad.
+    """
+    turned = frames[:, :3, :3].transpose(0, 2, 1) @ rotation
+    tool = Rotation.from_matrix(turned).mean()
+    left = float(np.degrees((tool.inv() * Rotation.from_matrix(turned)).magnitude().mean()))
+    if left > _WRONG_TURN:
+        raise WrongArmError(
+            f"the measured orientations are {left:.3g}° on average from those of the arm with the "
+            "best tool: rotations of another order or about other axes, or another arm"
+        )
+    if tool.magnitude() > largest:
+        x, y, z = tool.as_euler("xyz", degrees=True)
+        raise WrongArmError(
+            f"the measured orientation is turned by rx {x:.3g}, ry {y:.3g}, rz {z:.3g}° from that "
+            "of the arm's tool, about its axes: state the orientation of the tool that was measured"
+        )

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 Terms = Literal["geometry", "waves", "all"]
 FRAMES, GEOMETRY, HARMONICS = "base and tool", "geometry", "periodic errors"
 COMPLIANCE, DRIFT = "compliance of the joints", "drift"
+# Weight below which a measurement counts as wrong.
+_WEIGHTED_DOWN: Final = 0.5
 # Deviations below zero from which a compliance is impossible.
 _IMPOSSIBLE: Final = 2.0
 
@@ -147,7 +149,8 @@ def _refusal(name: str, before: Rung, model: RobotModel, found: Estimates, held:
     """Return why a family is not kept, in a clause; empty where it is."""
     if name == HARMONICS and not found.orders:
         return "the evidence is for none"
-    better, error = paired(before.blocked.error, held.error)
+    used = counted(found.weights)
+    better, error = paired(before.blocked.error[used], held.error[used])
     if found.evidence <= before.fit.evidence:
         return "the log evidence does not rise"
     if better <= error:
@@ -176,6 +179,14 @@ def _impossible(model: RobotModel, found: Estimates) -> str:
             if stated + of.term.scale * least < 0:
                 return f"the estimate for {owner} is below zero, which no joint can have"
     return ""
+
+
+def counted(weights: Floats) -> NDArray[np.bool_]:
+    """Return the measurements (pose,) that are not weighted down; all where nearly none would be
+    left.
+    """
+    out = weights >= _WEIGHTED_DOWN
+    return np.asarray(out if out.mean() > _WEIGHTED_DOWN else np.ones_like(out))
 
 
 def paired(before: Floats, after: Floats) -> tuple[float, float]:

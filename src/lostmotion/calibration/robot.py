@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.calibration import validation
-from lostmotion.calibration.alignment import align, in_base
+from lostmotion.calibration.alignment import to_base
 from lostmotion.calibration.drift import Drifting, drifting
 from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.instruments import FullPoses, Points
@@ -53,16 +53,6 @@ _FEWEST_PERIODIC: Final = 12
 _POSES: Final = 256
 # Deviation of the wind-up of a joint under the largest torque of the measurement, rad.
 _WIND_UP: Final = 1e-3
-# A frame farther from the base than so many prior deviations is that of the instrument.
-_FAR: Final = 3.0
-# Largest share of the reach that base and tool may leave, and offset of the tool, in prior
-# deviations.
-_WRONG_ARM: Final = 0.05
-_WRONG_TOOL: Final = 5.0
-
-
-class WrongArmError(ValueError):
-    """A measurement that does not belong to this arm or this tool."""
 
 
 @dataclass(frozen=True)
@@ -251,7 +241,7 @@ def measured_in_base(
             raise ValueError("neither points nor differences are measured")
         sign = _sign(arm, measured.q, frames, measured.difference, noise)
         point = frames[:, :3, 3] + sign * measured.difference
-    point, rotation, alignment = _in_base(frames, point, measured.rotation, sizes)
+    point, rotation, alignment = to_base(frames, point, measured.rotation, sizes)
     if rotation is None:
         return MeasuredInBase(Points(point), frames, alignment, sign)
     poses = np.tile(np.eye(4), (len(point), 1, 1))
@@ -271,34 +261,6 @@ def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float 
         for sign in (1, -1)
     }
     return max(found, key=lambda sign: found[sign])
-
-
-def _in_base(
-    frames: Floats, point: Floats, rotation: Floats | None, sizes: Deviations
-) -> tuple[Floats, Floats | None, Alignment | None]:
-    """Return measured positions and orientations in the base frame, and the frame that was removed.
-
-    Raises WrongArmError.
-    """
-    found, rigid = align(frames, point), align(frames, point, with_tool=False)
-    reach = float(np.linalg.norm(frames[:, :3, 3], axis=1).max())
-    if found.left > _WRONG_ARM * reach:
-        raise WrongArmError(
-            f"{1e3 * found.left:.3g} mm remain on average with the best base and tool frame, "
-            f"{100 * found.left / reach:.2g} % of the reach: the rows belong to another arm, or "
-            "the joints to other columns"
-        )
-    tool = float(np.linalg.norm(found.offset))
-    if tool > _WRONG_TOOL * sizes.tool_shift and found.left < rigid.left / 2:
-        x, y, z = 1e3 * found.offset
-        raise WrongArmError(
-            f"the measured tool point is at x {x:.4g}, y {y:.4g}, z {z:.4g} mm from that of the "
-            "arm's file, in the axes of the tool: state the tool that was measured"
-        )
-    if rigid.shift <= _FAR * sizes.base_shift and rigid.turn <= _FAR * sizes.base_turn:
-        return point, rotation, None
-    turned = None if rotation is None else rigid.frame[:3, :3].T @ rotation
-    return in_base(rigid.frame, point), turned, rigid
 
 
 class Calibrations(NamedTuple):

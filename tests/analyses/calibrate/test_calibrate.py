@@ -298,6 +298,21 @@ def test_duplicates_and_wrong_rows_are_named(tmp_path):
     assert any("weighted down: line 9" in text for text in answer.warnings)
 
 
+def test_repeated_measurements_show_their_scatter(tmp_path):
+    """Each of ten poses three times, by 30 µm: the interval holds it, whatever the model lacks."""
+    joints, points = (np.repeat(each[:10], 3, axis=0) for each in twenty())
+    points = points + np.random.default_rng(2).normal(0, 0.03, points.shape)
+    path = written(tmp_path / "visits.csv", joints, points)
+    answer = lostmotion.calibrate(ARM, path, terms="geometry")
+    found = answer.repeats
+    assert (found.poses, found.rows) == (10, 30)
+    assert found.low < 30e-6 < found.high
+    direct = (points.reshape(10, 3, 3).var(axis=1, ddof=1).mean() ** 0.5) / 1000
+    assert found.deviation == pytest.approx(direct, rel=1e-3)
+    (section,) = [each for each in answer.sheet.sections if each.key == "repeats"]
+    assert section.rows[0].note == "30 rows at 10 poses"
+
+
 def test_another_frame_of_the_instrument_is_removed(tmp_path):
     """Points in the frame of a tracker lead to the same estimates."""
     joints, points = twenty()
@@ -328,3 +343,35 @@ def test_distances_to_two_centres_calibrate_too(tmp_path):
     assert answer.findings[0].startswith("J4.seat.tilt 2")
     assert answer.held_out.mean < answer.before.mean() / 2
     assert answer.sheet.verdict
+
+
+def test_a_wrong_row_is_not_counted_in_the_accuracy(tmp_path):
+    """A row that is wrong by 50 mm leaves the mean error as it is without it."""
+    joints, points = twenty()
+    points = points.copy()
+    points[7] += 50
+    path = written(tmp_path / "visits.csv", joints, points)
+    answer = lostmotion.calibrate(ARM, path, terms="geometry")
+    assert (~answer.counted).sum() == 1
+    assert answer.errors_held_out[1].mean() < 0.3e-3
+    assert "not counted in the accuracy: line 9" in " ".join(answer.warnings)
+
+
+@pytest.mark.parametrize(
+    ("turned", "text"),
+    [("order", "on average from those of the arm"), ("tool", "rx 0|ry 0|rz 9")],
+)
+def test_orientations_that_are_not_those_of_the_arm_are_refused(turned, text, tmp_path):
+    """Of a quaternion with its real part last, and of a tool that is turned by 9 degrees, by how
+    much.
+    """
+    from scipy.spatial.transform import Rotation
+
+    joints, points = twenty()
+    rotation = state_of(lostmotion.read(ARM), np.radians(joints)).frames[-1, :, :3, :3]
+    tool = Rotation.from_euler("z", 9 if turned == "tool" else 0, degrees=True)
+    q = (Rotation.from_matrix(rotation) * tool).as_quat()
+    q = q if turned == "order" else np.roll(q, 1, axis=1)
+    path = written(tmp_path / "v.csv", joints, np.hstack([points, q]), f"{HEADER},qw,qx,qy,qz")
+    with pytest.raises(InputError, match=text):
+        lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from lostmotion.calibration.chain import ChainErrors
 from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.ladder import counted
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.plan import plan
+from lostmotion.calibration.repeats import scatter_of_repeats
 from lostmotion.calibration.robot import measured_in_base, robot_of
 from lostmotion.calibration.spread import variance_elsewhere
 from lostmotion.calibration.terms import Deviations, added_terms, is_frame
@@ -24,9 +26,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from lostmotion.calibration.ladder import Terms
     from lostmotion.calibration.model import RobotModel
     from lostmotion.calibration.plan import PosePlan
+    from lostmotion.calibration.repeats import RepeatScatter
     from lostmotion.calibration.robot import EstimatedError, Robot
     from lostmotion.io.measured.calibration_visits import CalibrationVisits
     from lostmotion.mechanism.arm import Arm
@@ -40,7 +45,6 @@ _COVERED: Final = (0.92, 0.98)
 _COUNTED: Final = 40
 # Probability below which the measurements conflict with the stated tolerances.
 _CONFLICT: Final = 1e-3
-_WEIGHTED_DOWN: Final = 0.5
 _LISTED: Final = 6
 # Units in which the sizes of errors are shown.
 _UNITS: Final = {"rad": "mrad", "rad/(N m)": "arcmin/(N m)", "m/m": "µm/m", "1": "1"}
@@ -59,6 +63,7 @@ class CalibrationAnswer:
     before     (pose,) the same with base and tool frame estimated from other poses
     fitted     (pose,) residual of the fitted poses
     elsewhere  variance beside the measured poses over that at them
+    repeats    scatter of the lengths that were measured repeatedly at one pose; None: of none
     findings   what is out of tolerance
     warnings   what makes the figures doubtful
     """
@@ -69,9 +74,26 @@ class CalibrationAnswer:
     before: Floats
     fitted: Floats
     elsewhere: float
+    repeats: RepeatScatter | None
     findings: tuple[str, ...]
     warnings: tuple[str, ...]
     seed: int
+
+    @property
+    def errors_held_out(self) -> tuple[Floats, Floats, Floats]:
+        """Return the errors that figures of accuracy count, m: with base and tool frame alone, of
+        random folds, and of excluded regions.
+        """
+        climb = self.robot.climb
+        errors = (self.before, climb.random.error, climb.kept.blocked.error)
+        return tuple(each[self.counted] for each in errors)  # type: ignore[return-value]
+
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Return the measurements (pose,) that figures of accuracy count: those that are not
+        weighted down.
+        """
+        return counted(self.robot.climb.kept.fit.weights)
 
 
 def calibrated(
@@ -111,10 +133,21 @@ def calibrated(
         robot.climb.before.error,
         robot.instrument.error(residual),
         elsewhere,
+        scatter_of_repeats(_pose_keys(visits), residual[:, robot.instrument.lengths]),
         _findings(robot),
         tuple(_warnings(robot, visits, elsewhere)),
         seed,
     )
+
+
+def _pose_keys(visits: CalibrationVisits) -> list[tuple[Any, ...]]:
+    """Return a key of each visit that repeats of one measurement share: joint values, approach,
+    payload, and what is measured.
+    """
+    arrays = [visits.q, visits.approach, visits.payload]
+    parts = [each for each in arrays if isinstance(each, np.ndarray)]
+    names = ("",) * len(visits) if visits.readings is None else visits.readings.target
+    return [(name, *(part[k].tobytes() for part in parts)) for k, name in enumerate(names)]
 
 
 def size(error: EstimatedError, value: float) -> Cell:
@@ -154,13 +187,13 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
         )
     if visits.duplicates:
         out.append(f"{several(visits.duplicates, 'duplicate row')} dropped")
-    down = np.flatnonzero(best.weights < _WEIGHTED_DOWN)
+    down = np.flatnonzero(~counted(best.weights))
     if len(down):
         names = ", ".join(str(visits.lines[k]) for k in down[:_LISTED])
         more = f" and {len(down) - _LISTED} more" if len(down) > _LISTED else ""
         out.append(
-            f"{several(len(down), 'row')} far from the prediction, weighted down: line "
-            f"{names}{more}"
+            f"{several(len(down), 'row')} far from the prediction, weighted down and not counted "
+            f"in the accuracy: line {names}{more}"
         )
     if visits.difference is not None:
         order = "attained less commanded" if robot.sign > 0 else "commanded less attained"

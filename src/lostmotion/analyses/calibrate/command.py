@@ -184,7 +184,7 @@ def calibrate(
     _refuse_unused(asked)
     from lostmotion.analyses.calibrate.answer import calibrated, planned_poses
     from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
-    from lostmotion.calibration.robot import WrongArmError
+    from lostmotion.calibration.alignment import WrongArmError
     from lostmotion.calibration.validation import numbered
     from lostmotion.io.measured.calibration_checks import FEWEST
     from lostmotion.io.measured.calibration_visits import read_calibration_visits

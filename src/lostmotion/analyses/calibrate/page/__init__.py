@@ -97,6 +97,7 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
         sections=(
             _accuracy(found, counted),
             _families(found, counted),
+            *_repeats(found),
             *_released(found),
             _estimates(found),
             *_periodic(found),
@@ -125,11 +126,9 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
 
 
 def _verdict(found: CalibrationAnswer) -> str:
-    held = found.robot.climb.random
-    before, after, most = (
-        length(float(each))
-        for each in (found.before.mean(), held.mean, np.quantile(held.error, _QUANTILE))
-    )
+    first, held, _ = found.errors_held_out
+    sizes = (first.mean(), held.mean(), np.quantile(held, _QUANTILE))
+    before, after, most = (length(float(each)) for each in sizes)
     text = (
         f"Before {before}, after {after} at poses that were not measured (95 % {most}), each with "
         "the best base and tool frame."
@@ -139,10 +138,11 @@ def _verdict(found: CalibrationAnswer) -> str:
 
 def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
     climb = found.robot.climb
+    before, after, blocked = (str(length(float(each.mean()))) for each in found.errors_held_out)
     cards = [
-        Card("before", str(length(float(found.before.mean()))), "base and tool frame alone"),
-        Card("after", str(length(climb.random.mean)), "mean error, held out"),
-        Card("excluded regions", str(length(climb.kept.blocked.mean)), "mean error, held out"),
+        Card("before", before, "base and tool frame alone"),
+        Card("after", after, "mean error, held out"),
+        Card("excluded regions", blocked, "mean error, held out"),
         Card("noise", str(length(climb.kept.fit.noise)), "of a coordinate"),
     ]
     released = len(climb.kept.fit.released)
@@ -152,7 +152,8 @@ def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
 
 
 def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
-    climb = found.robot.climb
+    climb, used = found.robot.climb, found.counted
+    before, random, blocked = found.errors_held_out
 
     def row(label: str, error: Floats, note: str, key: str) -> Row:
         mean = float(error.mean())
@@ -178,12 +179,19 @@ def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
         "Accuracy before and after",
         ("mean", "95th percentile", "largest"),
         [
-            row("as measured", found.raw, "nominal arm, frame of the base as measured", "raw"),
-            row("base and tool frame", found.before, "held out, random folds", "before"),
-            row("calibrated, random folds", climb.random.error, "held out", "random"),
-            row("calibrated, excluded regions", climb.kept.blocked.error, "held out", "blocked"),
+            row(
+                "as measured", found.raw[used], "nominal arm, frame of the base as measured", "raw"
+            ),
+            row("base and tool frame", found.before[used], "held out, random folds", "before"),
+            row("calibrated, random folds", random, "held out", "random"),
+            row(
+                "calibrated, excluded regions",
+                climb.kept.blocked.error[used],
+                "held out",
+                "blocked",
+            ),
             *([] if aside is None else [row("kept aside", aside.error, "not used", "aside")]),
-            row("fitted poses", found.fitted, "residual; no accuracy", "fitted"),
+            row("fitted poses", found.fitted[used], "residual; no accuracy", "fitted"),
         ],
         note,
     )
@@ -210,6 +218,19 @@ def _families(found: CalibrationAnswer, counted: str) -> Section:
         rows,
         "each family includes those above it",
     )
+
+
+def _repeats(found: CalibrationAnswer) -> list[Section]:
+    """Return the scatter of repeated measurements; nothing without any."""
+    of = found.repeats
+    if of is None:
+        return []
+    counted = f"{of.rows} rows at {several(of.poses, 'pose')}"
+    cells = (length(of.deviation, of.low, of.high, counted),)
+    noise = length(found.robot.climb.kept.fit.noise)
+    note = f"of robot and instrument; the noise of the fit, {noise}, also has what the model lacks"
+    rows = [("same pose, same approach", *cells, counted)]
+    return [table("repeats", "Repeated measurements", ("standard deviation",), rows, note)]
 
 
 def _released(found: CalibrationAnswer) -> list[Section]:
