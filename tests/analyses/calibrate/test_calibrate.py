@@ -295,7 +295,7 @@ def test_duplicates_and_wrong_rows_are_named(tmp_path):
     path = written(tmp_path / "visits.csv", joints, points)
     answer = lostmotion.calibrate(ARM, path, terms="geometry")
     assert any("1 duplicate row dropped" in text for text in answer.warnings)
-    assert any("weighted down: line 9" in text for text in answer.warnings)
+    assert any("not counted in the accuracy: line 9" in text for text in answer.warnings)
 
 
 def test_repeated_measurements_show_their_scatter(tmp_path):

@@ -95,7 +95,7 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
         verdict=_verdict(found),
         cards=_cards(found),
         sections=(
-            _accuracy(found, counted),
+            _accuracy(found),
             _families(found, counted),
             *_repeats(found),
             *_released(found),
@@ -151,8 +151,9 @@ def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
     return tuple(cards)
 
 
-def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
+def _accuracy(found: CalibrationAnswer) -> Section:
     climb, used = found.robot.climb, found.counted
+    counted = several(int(used.sum()), "pose")
     before, random, blocked = found.errors_held_out
 
     def row(label: str, error: Floats, note: str, key: str) -> Row:
@@ -179,17 +180,10 @@ def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
         "Accuracy before and after",
         ("mean", "95th percentile", "largest"),
         [
-            row(
-                "as measured", found.raw[used], "nominal arm, frame of the base as measured", "raw"
-            ),
-            row("base and tool frame", found.before[used], "held out, random folds", "before"),
+            row("as measured", found.raw[used], "nominal arm, base as measured", "raw"),
+            row("base and tool frame", before, "held out, random folds", "before"),
             row("calibrated, random folds", random, "held out", "random"),
-            row(
-                "calibrated, excluded regions",
-                climb.kept.blocked.error[used],
-                "held out",
-                "blocked",
-            ),
+            row("calibrated, excluded regions", blocked, "held out", "blocked"),
             *([] if aside is None else [row("kept aside", aside.error, "not used", "aside")]),
             row("fitted poses", found.fitted[used], "residual; no accuracy", "fitted"),
         ],
