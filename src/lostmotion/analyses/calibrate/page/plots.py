@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.calibrate.planned import corrected_radius
+from lostmotion.analyses.calibrate.answer import corrected_radius
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import tool_points
 from lostmotion.printed import factor_of, unit_of_length
