@@ -607,3 +607,24 @@ def test_two_sidecars_of_one_robot_description_are_compared(tmp_path):
     assert found.arms[1].label == "other"
     assert found.paired
     assert found.values
+
+
+def test_a_change_below_a_nanometre_has_no_number(tmp_path):
+    """A link that is longer by 2.3 mm stretches the lever of a fine encoder: a change of a
+    millionth of a micrometre is said to be small, and no bar shows it.
+    """
+    text = """name = "half"
+[[joints]]
+name = "B"
+type = "revolute"
+axis = "z"
+limits = ["0 deg", "90 deg"]
+encoder = { resolution = "1e-6 deg" }
+link = { length = "LENGTH ± 100 µm", direction = "x" }
+"""
+    paths = [tmp_path / f"{name}.toml" for name in ("one", "two")]
+    for path, size in zip(paths, ("400 mm", "402.3 mm"), strict=True):
+        path.write_text(text.replace("LENGTH", size), encoding="utf-8")
+    sheet = lostmotion.compare(*paths, **SMALL).sheet
+    assert "(change below 0.001 µm)" in dict(sheet.brief)["Repeatability"]
+    assert not [block for block in sheet.bars if block.key.startswith("parts_shares")]
