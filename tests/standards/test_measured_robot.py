@@ -146,8 +146,8 @@ def test_sides_everywhere_are_cycles_of_their_own():
 
 
 def test_one_outlying_visit_is_named_and_counted():
-    """One of thirty visits 5 mm off makes RP what it is; RP without it stands beside it, and normal
-    scatter has no such visit.
+    """One of thirty visits 5 mm off makes RP and AP what they are; both without it stand beside
+    them, and normal scatter has no such visit.
     """
     rng = np.random.default_rng(7)
     errors = rng.normal(0, 3e-5, (2, 30, 3))
@@ -162,6 +162,9 @@ def test_one_outlying_visit_is_named_and_counted():
     assert first.without_outlying.value == pytest.approx(
         float(iso.pose_repeatability(np.delete(errors[0], 3, axis=0))), rel=1e-9
     )
+    barycentre = np.linalg.norm(np.delete(errors[0], 3, axis=0).mean(axis=0))
+    assert first.accuracy_without.value == pytest.approx(barycentre, rel=1e-9)
+    assert first.accuracy.value > 5 * first.accuracy_without.value
     assert second.outlying == ()
     none = [
         pose

@@ -61,6 +61,7 @@ class MeasuredPose:
     outlying                  file and line of each visit that lies far from the others
                               (`outlying_visits`), with its distance from their median, m
     without_outlying          RP_l without these visits; NaN where there are none
+    accuracy_without          AP_p without these visits, likewise
     """
 
     name: str
@@ -77,6 +78,7 @@ class MeasuredPose:
     errors: Floats
     outlying: tuple[tuple[str, int, float], ...]
     without_outlying: Estimate
+    accuracy_without: Estimate
 
 
 @dataclass(frozen=True)
@@ -266,6 +268,7 @@ def _pose(
     repeat = repeatability_interval(errors, level)
     floor = visits.instrument * isotropic_repeatability(len(found))
     far = outlying_visits(attained)
+    rest = np.delete(errors, list(far), axis=0)
     return MeasuredPose(
         name,
         len(found),
@@ -286,7 +289,8 @@ def _pose(
         rotation,
         errors,
         tuple((*visits.where[found[k]], far[k]) for k in far),
-        repeatability_interval(np.delete(errors, list(far), axis=0), level) if far else UNKNOWN,
+        repeatability_interval(rest, level) if far else UNKNOWN,
+        accuracy_interval(rest, level) if far and known else UNKNOWN,
     )
 
 

@@ -117,17 +117,18 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
         return measured_label(pose.name, load, found.loads)
 
+    with_outlying = any(pose.outlying for _, pose in shown)
     accurate = [
         (
             label(load, pose),
             estimate_figure(pose.accuracy, several(pose.visits, "visit")),
             estimate_figure(Estimate(pose.fitted, math.nan, math.nan)),
+            *([estimate_figure(pose.accuracy_without)] if with_outlying else []),
         )
         for load, pose in shown
         if _known(pose.accuracy)
     ]
     with_instrument = found.visits.instrument > 0
-    with_outlying = any(pose.outlying for _, pose in shown)
     repeats = [
         (
             label(load, pose),
@@ -165,7 +166,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         for load, pose in shown
         if _known(pose.multi_directional)
     ]
-    poses = ("AP_p", "best-fit frames")
+    poses = ("AP_p", "best-fit frames", *(("without outlying",) if with_outlying else ()))
     tables = (
         table("measured-poses", "Measured: AP_p", poses, accurate, first),
         table("measured-repeatability", "Measured: RP_l", columns, repeats, note),
