@@ -105,6 +105,11 @@ def _in_order(found: MeasuredRobot) -> list[tuple[MeasuredLoad, MeasuredPose]]:
     ]
 
 
+def _figure_without(pose: MeasuredPose, of_all: Estimate, without: Estimate) -> Cell:
+    """Return a figure without outlying visits; where a pose has none, that of all visits."""
+    return estimate_figure(without if pose.outlying else of_all)
+
+
 def _poses(found: MeasuredRobot) -> list[Section]:
     """Return a table for each characteristic; one table would be wider than a terminal."""
     shown = _in_order(found)
@@ -123,7 +128,11 @@ def _poses(found: MeasuredRobot) -> list[Section]:
             label(load, pose),
             estimate_figure(pose.accuracy, several(pose.visits, "visit")),
             estimate_figure(Estimate(pose.fitted, math.nan, math.nan)),
-            *([estimate_figure(pose.accuracy_without)] if with_outlying else []),
+            *(
+                [_figure_without(pose, pose.accuracy, pose.accuracy_without)]
+                if with_outlying
+                else []
+            ),
         )
         for load, pose in shown
         if _known(pose.accuracy)
@@ -134,7 +143,11 @@ def _poses(found: MeasuredRobot) -> list[Section]:
             label(load, pose),
             estimate_figure(pose.repeatability, several(pose.visits, "visit")),
             *([estimate_figure(pose.without_instrument)] if with_instrument else []),
-            *([estimate_figure(pose.without_outlying)] if with_outlying else []),
+            *(
+                [_figure_without(pose, pose.repeatability, pose.without_outlying)]
+                if with_outlying
+                else []
+            ),
         )
         for load, pose in shown
     ]
