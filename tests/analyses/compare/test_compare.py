@@ -611,7 +611,7 @@ def test_two_sidecars_of_one_robot_description_are_compared(tmp_path):
 
 def test_a_change_below_a_nanometre_has_no_number(tmp_path):
     """A link that is longer by 2.3 mm stretches the lever of a fine encoder: a change of a
-    millionth of a micrometre is said to be small, and no bar shows it.
+    millionth of a micrometre is reported as small, and no bar shows it.
     """
     text = """name = "half"
 [[joints]]
