@@ -23,7 +23,7 @@ VALIDATES = (
         "positioning of simulated robots by axis",
         "play of a gantry in closed form; normal scatter of the covariance of a hexapod's visits",
         "1e-9; 3 %",
-        "laws/iso230.py propagation/iso9283/axes.py",
+        "laws/iso230.py propagation/iso9283/axes.py propagation/iso9283/experiment.py",
     ),
 )
 
