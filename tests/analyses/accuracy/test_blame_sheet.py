@@ -1,8 +1,6 @@
 """A study of a pose and a zone, with a requested precision: what it prints, writes and refuses."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +9,7 @@ import lostmotion
 from lostmotion import Arm
 from lostmotion.error_model.remedies import EVERY_STAGE
 from lostmotion.propagation.montecarlo import sensitivity
+from tests.command import carried_out
 
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
 QUICK = ("--poses", "32", "--robots", "40", "--visits", "3")
@@ -19,8 +18,7 @@ AT = "O=10deg A=20deg B=-30deg C=0deg roll=5deg"
 
 def run(*words, cwd):
     """Run the command in a folder."""
-    command = [sys.executable, "-m", "lostmotion", "run", str(ARM), *QUICK, *words]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    return carried_out("run", ARM, *QUICK, *words, cwd=cwd)
 
 
 def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +24,7 @@ from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.layout import row_at
+from tests.command import carried_out
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "bearing"
@@ -42,13 +41,7 @@ LOAD = BearingLoad(3000.0, 300.0, 60.0)
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "bearing", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("bearing", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")

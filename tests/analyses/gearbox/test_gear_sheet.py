@@ -6,10 +6,7 @@ import functools
 import io
 import json
 import math
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +32,7 @@ from lostmotion.laws.torque_angle import Definitions, SampledCurve, readings
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
 from lostmotion.printed import ARCMIN
 from lostmotion.reporting.layout import key_of, row_at
+from tests.command import carried_out
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -128,15 +126,7 @@ def figure(found, section, label, column=0):
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    command = [sys.executable, "-m", "lostmotion", "gear", *map(str, words)]
-    return subprocess.run(
-        command,
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "COLUMNS": "200"},
-    )
+    return carried_out("gear", *words, cwd=cwd, columns=200)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -1070,13 +1060,7 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
         (("bearing", bearing, "--built", 10**12), "1000000"),
         (("bearing", bearing, "--moment", "1e14 N m"), "at most 1e+09 N m"),
     ):
-        done = subprocess.run(
-            [sys.executable, "-m", "lostmotion", *map(str, words)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = carried_out(*words, cwd=tmp_path)
         assert (done.returncode, said in done.stderr, "Traceback" in done.stderr) == (
             2,
             True,

@@ -3,8 +3,6 @@
 import io
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +13,7 @@ import lostmotion
 from lostmotion.analyses.iso9283.page.plots import iso_plots
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
+from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM, VISITS, LOADS = (
@@ -26,13 +25,7 @@ Z_ARM, VISITS, LOADS = (
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "iso9283", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("iso9283", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")

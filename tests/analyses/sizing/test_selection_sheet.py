@@ -8,8 +8,6 @@ import dataclasses
 import itertools
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -26,6 +24,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.layout import row_at
 from lostmotion.sizing.candidates import Objective
+from tests.command import carried_out
 from tests.sizing.chosen_parts import with_parts
 
 ROOT = Path(__file__).parents[3]
@@ -551,13 +550,7 @@ def test_missing_values_are_reported(tmp_path, text, words):
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "size", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("size", *words, cwd=cwd)
 
 
 def test_mistakes_end_with_2_and_write_nothing(tmp_path):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,6 +17,7 @@ from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.layout import row_at
+from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -37,13 +36,7 @@ link = { length = "500 mm", mass = "0 kg", section = { kind = "tube", outer = "4
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "size", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("size", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +21,7 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.reporting.layout import key_of, row_at
+from tests.command import carried_out
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 Z_ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
@@ -31,13 +30,7 @@ TILT = math.radians(10)
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "statics", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("statics", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +19,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.reporting.layout import key_of, row_at
+from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -30,13 +29,7 @@ WORDS = ("--poses", "16", "--robots", "60", "--visits", "4")
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "target", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("target", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module", params=["not met", "met", "repeatability"])

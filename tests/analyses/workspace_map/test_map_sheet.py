@@ -3,8 +3,6 @@
 import io
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +21,7 @@ from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import length
+from tests.command import carried_out
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -32,13 +31,7 @@ QUICK = ("--cell", "200 mm", "--poses", "4096", "--per-cell", "3")
 
 def ran(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "map", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("map", *words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")
