@@ -17,7 +17,7 @@ from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.layout import row_at
-from tests.command import carried_out
+from tests.command import carried_out, carried_out_by_process
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -360,7 +360,7 @@ def test_sizing_works_out_of_the_box(tmp_path):
     first = ran(Z_ARM, "--poses", 8, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "z-arm-sized/sized.toml\n" in first.stdout
-    second = ran(Z_ARM, "--poses", 8, "--out", "again", cwd=tmp_path)
+    second = carried_out_by_process("size", Z_ARM, "--poses", 8, "--out", "again", cwd=tmp_path)
     assert second.returncode == 0
     for name in ("result.json", "sized.toml"):
         assert (tmp_path / "again" / name).read_bytes() == (

@@ -21,7 +21,7 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.reporting.layout import key_of, row_at
-from tests.command import carried_out
+from tests.command import carried_out, carried_out_by_process
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 Z_ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
@@ -267,7 +267,8 @@ def test_the_command_prints_and_writes(tmp_path):
     assert "Compliance by part" in first.stdout
     folder = tmp_path / "z-arm-statics"
     assert sorted(each.name for each in folder.iterdir()) == ["report.html", "result.json"]
-    again = ran(Z_ARM, "--tilt", "10 deg", "--poses", 64, "--out", "again", cwd=tmp_path)
+    words = ("statics", Z_ARM, "--tilt", "10 deg", "--poses", 64)
+    again = carried_out_by_process(*words, "--out", "again", cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     for name in ("report.html", "result.json"):
         assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()

@@ -19,7 +19,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.reporting.layout import key_of, row_at
-from tests.command import carried_out
+from tests.command import carried_out, carried_out_by_process
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -249,7 +249,8 @@ def test_the_command_writes_a_folder_and_leaves_it_alone(folder):
 @pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(folder):
     """On one thread or more."""
-    done = ran(ARM, "--error", "2 mm", *WORDS, "--threads", 1, "--out", "again", cwd=folder.parent)
+    words = ("target", ARM, "--error", "2 mm", *WORDS, "--threads", 1, "--out", "again")
+    done = carried_out_by_process(*words, cwd=folder.parent)
     assert done.returncode == 0, done.stderr
     for name in ("report.html", "result.json"):
         assert (folder.parent / "again" / name).read_bytes() == (folder / name).read_bytes()

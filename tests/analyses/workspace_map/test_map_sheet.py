@@ -21,7 +21,7 @@ from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import length
-from tests.command import carried_out
+from tests.command import carried_out, carried_out_by_process
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -380,7 +380,7 @@ def test_mapping_works_out_of_the_box(tmp_path):
     assert first.returncode == 0, first.stderr
     assert "z-arm-map/report.html\n" in first.stdout
     assert "Best placement for a task of 400 x 200 x 200 mm" in first.stdout
-    second = ran(*words, "--threads", 3, "--out", "again", cwd=tmp_path)
+    second = carried_out_by_process("map", *words, "--threads", 3, "--out", "again", cwd=tmp_path)
     assert second.returncode == 0
     for name in ("result.json", "arrays.nc", "report.html"):
         assert (tmp_path / "again" / name).read_bytes() == (
