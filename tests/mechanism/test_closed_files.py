@@ -17,6 +17,7 @@ from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
 from lostmotion.io.arm_templates import template_text
 from lostmotion.io.native import arm_of
+from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.loops import loops_of
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
@@ -256,3 +257,12 @@ def test_the_exact_position_with_errors_agrees_with_first_order():
         slope = (sides[0] - sides[1]) / 2e-4
         expected = state.carry(place)[0, 3:] @ [0, 0, 0, 1, 0.5, 0]
         np.testing.assert_allclose(slope, expected, atol=2e-6)
+
+
+def test_chains_of_one_shape_share_their_home():
+    """Arms that differ in their errors alone are assembled at home once; another length is another
+    home.
+    """
+    loose = five_bar(bearing={"kind": "rolling", "clearance": "20 µm", "span": "40 mm"})
+    assert home_of(loose.tree) is home_of(five_bar().tree)
+    assert home_of(five_bar(0.41).tree) is not home_of(loose.tree)

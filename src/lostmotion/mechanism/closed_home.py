@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -21,7 +21,7 @@ from lostmotion.mechanism.closed_jacobian import (
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
@@ -102,9 +102,37 @@ def _same_side(before: Floats, now: Floats, idle: int) -> NDArray[np.bool_]:
     return np.asarray(kept.prod(axis=1).real > 0)
 
 
+@dataclass(frozen=True)
+class _HomeShape:
+    """What decides how a chain is assembled at home, compared by its numbers: arms that differ in
+    their errors alone share it.
+    """
+
+    numbers: bytes
+    tree: Tree = field(compare=False)
+
+
 @functools.lru_cache(maxsize=32)
 def home_of(tree: Tree) -> Home:
     """Return the chain at home: from where its file states that the passive joints start."""
+    counted: list[int] = [len(tree.places), len(tree.passive), len(tree.welds)]
+    arrays: list[ArrayLike] = [tree.home]
+    for place in tree.places:
+        counted += [place.parent, -1 if place.joint is None else place.joint, place.twist.shape[1]]
+        arrays += [place.pose, place.twist]
+    for each in tree.passive:
+        counted.append(each.place)
+        arrays.append(each.start)
+    for weld in tree.welds:
+        counted += weld.places
+        arrays += weld.frames
+    numbers = [np.array(counted), *(np.asarray(each, dtype=float) for each in arrays)]
+    return _home(_HomeShape(b"".join(each.tobytes() for each in numbers), tree))
+
+
+@functools.lru_cache(maxsize=32)
+def _home(shape: _HomeShape) -> Home:
+    tree = shape.tree
     q = np.array(tree.home)[None]
     start = _aimed(tree, q, np.array([each.start for each in tree.passive]).reshape(-1, 1, 4, 4))
     before = balanced_jacobian(tree, frames_at(tree, q, start))
