@@ -17,9 +17,9 @@ from lostmotion.analyses.sizing.selection import StudySize, select_parts
 from lostmotion.error_model import remedies
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.expected_repeatability import visit_covariance
-from lostmotion.error_model.intervals import pooled_robots_quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
+from lostmotion.error_model.robot_intervals import pooled_robots_quantile
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of

@@ -14,13 +14,13 @@ import lostmotion
 from lostmotion.error_model.budget import budget
 from lostmotion.error_model.differences import root_mean_square_difference
 from lostmotion.error_model.few_poses import MANY, RP, ap_weights, known_ends, many_poses
-from lostmotion.error_model.intervals import (
-    Estimate,
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.poses import REPLICATES, Poses, sample_poses
+from lostmotion.error_model.robot_intervals import (
     pooled_mean,
     pooled_robots_quantile,
     root_mean_square,
 )
-from lostmotion.error_model.poses import REPLICATES, Poses, sample_poses
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

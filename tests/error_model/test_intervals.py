@@ -11,15 +11,13 @@ from scipy.stats import t
 from lostmotion import sample_poses
 from lostmotion.error_model import error_bins, intervals
 from lostmotion.error_model.error_bins import bin_edges
-from lostmotion.error_model.intervals import (
-    of_length,
+from lostmotion.error_model.intervals import of_length, pooled_quantile, standard_deviation
+from lostmotion.error_model.robot_intervals import (
     pooled_mean,
-    pooled_quantile,
     pooled_robots_quantile,
     robots_quantile,
     root_mean_square,
     root_mean_square_of_samples,
-    standard_deviation,
 )
 from lostmotion.error_model.share_intervals import share_below, share_interval
 from lostmotion.propagation.montecarlo.montecarlo import run

@@ -10,16 +10,15 @@ import pytest
 from scipy.stats import beta, binom, binomtest
 
 import lostmotion
-from lostmotion.error_model.intervals import (
+from lostmotion.error_model.intervals import pooled_quantile, quantile
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.error_model.robot_intervals import (
     mean_spread,
     pooled_mean,
-    pooled_quantile,
     pooled_robots_quantile,
-    quantile,
     shrunk_means,
     two_way,
 )
-from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.small_counts import (
     counting_floor,
     freedom_of_variance,

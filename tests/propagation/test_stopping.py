@@ -5,7 +5,7 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.error_model.intervals import two_way
+from lostmotion.error_model.robot_intervals import two_way
 from lostmotion.propagation.montecarlo.stopping import (
     STAGES,
     SamplingStage,

@@ -10,8 +10,9 @@ from lostmotion import sample_poses, worst_case
 from lostmotion.accuracy.workspace import workspace
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally, costs
-from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
+from lostmotion.error_model.intervals import pooled_quantile, quantile
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.error_model.robot_intervals import pooled_mean, robots_quantile
 from lostmotion.laws.distributions import Normal
 from lostmotion.laws.iso9283 import pose_repeatability
 from lostmotion.parts.forms import Constant

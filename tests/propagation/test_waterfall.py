@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from lostmotion import sample_poses
-from lostmotion.error_model.intervals import pooled_mean, quantile
+from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.remedies import EVERY_STAGE, STAGES, geometry_of, remaining
+from lostmotion.error_model.robot_intervals import pooled_mean
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.propagation.montecarlo import montecarlo

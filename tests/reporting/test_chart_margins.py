@@ -9,7 +9,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from lostmotion.reporting.chart import (
     axes,
     axes_by_unit,
-    class_legend,
     figure,
     label_axes,
     legend,
@@ -21,6 +20,7 @@ from lostmotion.reporting.chart import (
     swatch,
     text,
 )
+from lostmotion.reporting.map_chart import class_legend
 from lostmotion.reporting.palette import LIGHT
 from tests.reporting.chart_texts import crowded
 

@@ -12,9 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lostmotion.reporting.chart import (
-    cells,
-    class_names,
-    class_of,
     label_axes,
     legend,
     mark_at,
@@ -22,6 +19,7 @@ from lostmotion.reporting.chart import (
     one,
     stacked,
 )
+from lostmotion.reporting.map_chart import cells, class_names, class_of
 from lostmotion.reporting.palette import CLASSES, DARK, LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.svg import inline_svg

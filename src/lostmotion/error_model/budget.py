@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 import numpy as np
 
 from lostmotion.error_model.few_poses import Squares
-from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import pose_matrices
+from lostmotion.error_model.robot_intervals import root_mean_square
 from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:

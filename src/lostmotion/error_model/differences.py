@@ -18,13 +18,11 @@ import numpy as np
 from lostmotion.error_model.intervals import (
     Estimate,
     quantile_drop,
-    robots_quantile,
-    shrunk_means,
     squares_about,
     student,
-    two_way,
     variance_of_mean,
 )
+from lostmotion.error_model.robot_intervals import robots_quantile, shrunk_means, two_way
 from lostmotion.error_model.small_counts import satterthwaite
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.intervals import root_mean_square
+from lostmotion.error_model.robot_intervals import root_mean_square
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

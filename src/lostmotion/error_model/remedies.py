@@ -41,8 +41,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.few_poses import known_ends
-from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.error_model.robot_intervals import root_mean_square
 from lostmotion.mechanism.state import blocks_of
 
 if TYPE_CHECKING:

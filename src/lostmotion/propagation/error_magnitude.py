@@ -29,6 +29,13 @@ import numpy as np
 from lostmotion.error_model.closing import closed_in_some, standardised
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.propagation import error_magnitude_kernel as kernel
+from lostmotion.propagation.shape_correction import (
+    RAYS,
+    directions,
+    excess_of,
+    forms_of,
+    hermite_weights,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
@@ -38,8 +45,8 @@ if TYPE_CHECKING:
     from lostmotion.error_model.cumulants import Cumulants, Draws
     from lostmotion.spatial import Floats
 
+
 LEVELS: Final = (0.5, 0.95, 0.99, 0.997)
-RAYS: Final = 256
 # Nodes of Gauss's rule along each ray, and where it ends, in standard deviations.
 _NODES: Final = 16
 _END: Final = 7.0
@@ -59,7 +66,6 @@ _STANDARD_ERRORS: Final = 2.0
 TILE: Final = 64
 # A variance that is a smaller share of the largest one is rounding, and counts as zero.
 _ROUNDING: Final = 1e-12
-_PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +166,8 @@ def by_rays(
             white = (axes / np.where(deviations > 0, deviations, np.inf)[:, None]).transpose(
                 0, 2, 1
             ) @ shift[at]
-            forms = _forms(white, cumulants, None if closed is None else closed[at])
-            excess[at] = _excess(forms, deviations)
+            forms = forms_of(white, cumulants, None if closed is None else closed[at])
+            excess[at] = excess_of(forms, deviations)
         rays = _rays(deviations, axes, bias[at], forms)
         kernel.moments_along_rays(*rays, *_radii(), values[at])
         kernel.quantiles_along_rays(
@@ -209,14 +215,18 @@ def _rays(deviations: Floats, axes: Floats, bias: Floats, forms: Floats | None) 
     """Return the rays of vectors with these principal axes, weighted by the correction for the
     cumulants in `forms`.
     """
-    weights = np.zeros((1, 5, RAYS)) if forms is None else (forms @ _hermite()).reshape(-1, 5, RAYS)
+    weights = (
+        np.zeros((1, 5, RAYS))
+        if forms is None
+        else (forms @ hermite_weights()).reshape(-1, 5, RAYS)
+    )
     weights[:, 0] += 1
     # The mean weight would be one if the directions were exactly uniform.
     mass = weights.mean(axis=2) @ np.array(
         [1, 2 * math.sqrt(2 / math.pi), 3, 8 * math.sqrt(2 / math.pi), 15]
     )
-    across = deviations**2 @ _directions() ** 2
-    along = ((bias[:, None] @ axes)[:, 0] * deviations) @ _directions()
+    across = deviations**2 @ directions() ** 2
+    along = ((bias[:, None] @ axes)[:, 0] * deviations) @ directions()
     return Rays(
         (bias**2).sum(axis=1),
         along,
@@ -227,118 +237,6 @@ def _rays(deviations: Floats, axes: Floats, bias: Floats, forms: Floats | None) 
 
 # ---- Cumulants of the sum as forms: k_ijk h_i h_j h_k and k_ijkl h_i h_j h_k h_l, by the
 # coefficients of their monomials in h.
-
-
-@functools.cache
-def _powers(order: int) -> tuple[tuple[int, int, int], ...]:
-    """Return the exponents of x, y, z in the monomials of this order."""
-    return tuple((i, j, order - i - j) for i in range(order + 1) for j in range(order + 1 - i))
-
-
-def _forms(white: Floats, known: Cumulants, closed: Floats | None) -> Floats:
-    """Return the coefficients (pose, 10 + 15) of the third and fourth forms of sums white (pose, 3,
-    term) @ draws.
-    """
-    threes, fours = known.third.terms, known.fourth.terms
-
-    def pairs(terms: NDArray[np.int64]) -> Floats:
-        one, two = white[:, :, terms[:, 0]], white[:, :, terms[:, 1]]
-        return np.stack(
-            [one[:, i] * two[:, j] + (one[:, j] * two[:, i] if i != j else 0.0) for i, j in _PAIRS],
-            axis=1,
-        )
-
-    third = pairs(threes) * known.third.at(closed) @ white[:, :, threes[:, 2]].transpose(0, 2, 1)
-    fourth = pairs(fours) * known.fourth.at(closed) @ pairs(fours[:, 2:]).transpose(0, 2, 1)
-    return np.concatenate(
-        [third.reshape(len(white), -1) @ _collect(3), fourth.reshape(len(white), -1) @ _collect(4)],
-        axis=1,
-    )
-
-
-@functools.cache
-def _collect(order: int) -> Floats:
-    """Return ones where a product of a pair of axes with an axis (order 3) or a pair (order 4) is a
-    monomial, else zeros (product, monomial).
-    """
-    others: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,)) if order == 3 else _PAIRS  # noqa: PLR2004 - the order itself
-    products = [pair + other for pair in _PAIRS for other in others]
-    return np.array(
-        [
-            [tuple(map(axes.count, range(3))) == powers for powers in _powers(order)]
-            for axes in products
-        ],
-        float,
-    )
-
-
-def _excess(forms: Floats, deviations: Floats) -> Floats:
-    """Return k_iijj / ((tr C)^2 + 2 tr C^2) (pose,) from the fourth form of the whitened sum; the
-    divisor is a normal vector's mean fourth power.
-    """
-    fourth, variances = forms[:, len(_powers(3)) :], deviations**2
-    traced = np.zeros(len(forms))
-    for column, powers in enumerate(_powers(4)):
-        if all(power % 2 == 0 for power in powers):
-            # the coefficient of x^4 is k_xxxx; that of x^2 y^2 is six k_xxyy, of which the trace
-            # has two
-            share = 1.0 if max(powers) == 4 else 1 / 3  # noqa: PLR2004 - x^4
-            traced += share * fourth[:, column] * np.prod(deviations ** np.array(powers), axis=1)
-    normal = variances.sum(axis=1) ** 2 + 2 * (variances**2).sum(axis=1)
-    return np.asarray(traced / np.where(normal > 0, normal, 1.0))
-
-
-@functools.cache
-def _hermite() -> Floats:
-    """Return the weights along the rays per coefficient of the forms (10 + 15, 5 x ray), by
-    Hermite's tensors: k3 : H3 / 6 + k4 : H4 / 24.
-
-    Along r u these are (k_uuu r^3 - 3 k_iiu r) / 6 and (k_uuuu r^4 - 6 k_iiuu r^2 + 3 k_iijj) / 24.
-    A trace is a Laplacian of the form.
-    """
-    u = {
-        order: np.array(
-            [
-                np.prod(_directions() ** np.array(powers)[:, None], axis=0)
-                for powers in _powers(order)
-            ]
-        )
-        for order in (0, 1, 2, 3, 4)
-    }
-    out = np.zeros((25, 5, RAYS))
-    third, fourth = out[: len(_powers(3))], out[len(_powers(3)) :]
-    third[:, 3], third[:, 1] = u[3] / 6, -_laplacian(3) @ u[1] / 12
-    fourth[:, 4], fourth[:, 2], fourth[:, 0] = (
-        u[4] / 24,
-        -_laplacian(4) @ u[2] / 48,
-        _laplacian(4) @ _laplacian(2) @ u[0] / 192,
-    )
-    return out.reshape(25, -1)
-
-
-@functools.cache
-def _laplacian(order: int) -> Floats:
-    """Return the Laplacian of each monomial of this order, in monomials two orders lower (monomial,
-    monomial).
-    """
-    out = np.zeros((len(_powers(order)), len(_powers(order - 2))))
-    for row, powers in enumerate(_powers(order)):
-        for column, lower in enumerate(_powers(order - 2)):
-            difference = np.subtract(powers, lower)
-            if sorted(difference) == [0, 0, 2]:
-                power = powers[int(np.argmax(difference))]
-                out[row, column] = power * (power - 1)
-    return out
-
-
-@functools.cache
-def _directions() -> Floats:
-    """Return RAYS evenly spaced unit vectors (3, ray) on a golden spiral; none of them is aligned
-    with an axis.
-    """
-    n = np.arange(RAYS) + 0.5
-    z, angle = 1 - 2 * n / RAYS, 4 * math.pi * n / (1 + math.sqrt(5))
-    return np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z])
 
 
 @functools.cache

@@ -11,12 +11,8 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 
 from lostmotion.error_model.few_poses import Squares
-from lostmotion.error_model.intervals import (
-    Estimate,
-    pooled_mean,
-    pooled_quantile,
-    standard_deviation,
-)
+from lostmotion.error_model.intervals import Estimate, pooled_quantile, standard_deviation
+from lostmotion.error_model.robot_intervals import pooled_mean
 from lostmotion.propagation.montecarlo import kernel
 
 if TYPE_CHECKING:

@@ -24,12 +24,8 @@ from lostmotion.error_model import error_bins
 from lostmotion.error_model.calibrated import streams_of
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, uniforms
-from lostmotion.error_model.intervals import (
-    Estimate,
-    pooled_quantile,
-    pooled_robots_quantile,
-    student,
-)
+from lostmotion.error_model.intervals import Estimate, pooled_quantile, student
+from lostmotion.error_model.robot_intervals import pooled_robots_quantile
 from lostmotion.propagation.excess_roots import Excess, root_interval
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block

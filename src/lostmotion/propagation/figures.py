@@ -17,15 +17,13 @@ from lostmotion.error_model.differences import (
     root_mean_square_difference,
 )
 from lostmotion.error_model.few_poses import ERROR, RP, Squares, ap_weights, known_ends
-from lostmotion.error_model.intervals import (
-    Estimate,
-    Spread,
+from lostmotion.error_model.intervals import Estimate, Spread, share_spread
+from lostmotion.error_model.robot_intervals import (
     mean_spread,
     pooled_mean,
     pooled_robots_quantile,
     quantile_spread,
     root_mean_square,
-    share_spread,
 )
 from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.extensions import extensions

@@ -15,14 +15,16 @@ import numpy as np
 
 from lostmotion.mechanism.vertical_axis import vertical_axis
 from lostmotion.reporting.chart import (
-    cells,
-    class_legend,
-    class_of,
-    contour,
     label_axes,
     one,
     ringed,
     swatch,
+)
+from lostmotion.reporting.map_chart import (
+    cells,
+    class_legend,
+    class_of,
+    contour,
 )
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.workspace_cells import CELLS, NEAREST, cells_of_cut

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.intervals import Estimate, of_length, robots_quantile
+from lostmotion.error_model.intervals import Estimate, of_length
+from lostmotion.error_model.robot_intervals import robots_quantile
 from lostmotion.error_model.visit_intervals import student_interval
 from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.propagation.iso9283.cube import NAMES

@@ -12,10 +12,11 @@ import lostmotion
 from lostmotion.accuracy.route import Route
 from lostmotion.analyses.accuracy.page.zone import stopped_in
 from lostmotion.error_model import pose_selection
-from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
+from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.pose_selection import among, in_zone, poses_in_zone
 from lostmotion.error_model.poses import Poses, sample_poses
+from lostmotion.error_model.robot_intervals import pooled_mean
 from lostmotion.errors import InputError
 from lostmotion.laws.iso9283 import pose_accuracy, pose_repeatability
 from lostmotion.mechanism.state import tool_points

@@ -20,7 +20,7 @@ from lostmotion import InputError, LostmotionError
 from lostmotion.analyses.gearbox.gear import gear
 from lostmotion.analyses.gearbox.page.loop import over_samples
 from lostmotion.analyses.gearbox.page.plots import gearbox_plots
-from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
+from lostmotion.error_model.robot_intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.io import dxf
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.contact import equivalent_modulus

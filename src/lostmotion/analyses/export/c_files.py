@@ -8,14 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.controller_model.c_source import (
-    bytes_of,
-    sizes_of,
-    table_source,
-    tested_poses,
-    vector_source,
-)
+from lostmotion.controller_model.c_source import table_source, tested_poses, vector_source
 from lostmotion.controller_model.remainder import remainder
+from lostmotion.controller_model.scratch_sizes import bytes_of, sizes_of
 from lostmotion.controller_model.unrolled import unrolled_source
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import legible

@@ -13,9 +13,6 @@ from lostmotion.error_model.arrival import rp_name
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     axes,
-    cells,
-    class_legend,
-    class_of,
     figure,
     grid,
     label,
@@ -24,6 +21,7 @@ from lostmotion.reporting.chart import (
     one,
     text,
 )
+from lostmotion.reporting.map_chart import cells, class_legend, class_of
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Cell

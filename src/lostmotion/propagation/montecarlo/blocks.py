@@ -14,7 +14,8 @@ from lostmotion.error_model import draw_kernel, error_bins
 from lostmotion.error_model.calibrated import correlated_draws
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_key, visit_table
-from lostmotion.error_model.intervals import robots_quantile, student
+from lostmotion.error_model.intervals import student
+from lostmotion.error_model.robot_intervals import robots_quantile
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation.montecarlo import kernel, single_visit_kernel
 from lostmotion.propagation.montecarlo.memory import keep_freed

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, quantile_drop
+from lostmotion.error_model.intervals import Estimate, pooled_quantile, quantile_drop
 from lostmotion.error_model.remedies import (
     approach_at_stage,
     estimated_of,
@@ -18,6 +18,7 @@ from lostmotion.error_model.remedies import (
     remaining,
     stages_of,
 )
+from lostmotion.error_model.robot_intervals import pooled_mean
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired, Sample, thinned
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ import numpy as np
 
 from lostmotion.mechanism.state import state_of
 from lostmotion.printed import round_number
-from lostmotion.reporting.chart import class_names
+from lostmotion.reporting.map_chart import class_names
 from lostmotion.reporting.page.text import escaped, spaced
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.accuracy.page.error import error_section, iso_section
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.intervals import pooled_mean
+from lostmotion.error_model.robot_intervals import pooled_mean
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, length, several

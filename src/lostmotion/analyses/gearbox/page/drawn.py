@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.analyses.gearbox.page.contacts import OVERSTATED, notes_on_friction
 from lostmotion.analyses.gearbox.page.loop import is_known, over_samples
 from lostmotion.analyses.gearbox.page.stated import TURNING
-from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
+from lostmotion.error_model.robot_intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.parts.gearbox.cycloidal.examined import LIGHT
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED

@@ -9,7 +9,13 @@ import numpy as np
 
 from lostmotion.laws.cycloid.finite_elements.raster import outline, raster
 from lostmotion.printed import ARCMIN, stated_text
-from lostmotion.reporting.chart import cells, class_legend, class_of, grid, label_axes, legend, one
+from lostmotion.reporting.chart import (
+    grid,
+    label_axes,
+    legend,
+    one,
+)
+from lostmotion.reporting.map_chart import cells, class_legend, class_of
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Card, Cell, table

@@ -20,7 +20,6 @@ from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.reporting.chart import (
     axes,
-    cells,
     dots,
     figure,
     grid,
@@ -32,6 +31,7 @@ from lostmotion.reporting.chart import (
     text,
 )
 from lostmotion.reporting.chart_settings import SMALL
+from lostmotion.reporting.map_chart import cells
 from lostmotion.reporting.palette import LIGHT, round_below
 from lostmotion.reporting.plot import Plot
 from lostmotion.standards.comparison import over_robots

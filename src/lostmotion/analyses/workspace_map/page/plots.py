@@ -16,10 +16,6 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     axes,
-    cells,
-    class_legend,
-    class_of,
-    contour,
     figure,
     grid,
     grouped,
@@ -29,6 +25,12 @@ from lostmotion.reporting.chart import (
     one,
 )
 from lostmotion.reporting.chart_settings import SMALL
+from lostmotion.reporting.map_chart import (
+    cells,
+    class_legend,
+    class_of,
+    contour,
+)
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import length

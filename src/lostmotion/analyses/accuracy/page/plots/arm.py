@@ -15,7 +15,8 @@ from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.mechanism.state import state_of
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.arm_scene import ArmScene, Cells, ShownPose
-from lostmotion.reporting.chart import cells, class_legend, class_of, label_axes, one
+from lostmotion.reporting.chart import label_axes, one
+from lostmotion.reporting.map_chart import cells, class_legend, class_of
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import FIRST_SCREEN, Plot
 from lostmotion.reporting.section import COVERED, FLAT, PoseValues, symmetry_axis

@@ -26,7 +26,8 @@ from lostmotion.analyses.accuracy.page.plots.budget import (
 )
 from lostmotion.analyses.accuracy.page.zone import seen_in
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile
+from lostmotion.error_model.intervals import pooled_quantile
+from lostmotion.error_model.robot_intervals import pooled_robots_quantile
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import binned, linear_bins
