@@ -225,47 +225,51 @@ class Quantity:
             raise UnitError("a number without a unit")
         return Toleranced(value if isinstance(value, Band) else float(value))
 
-    def _in_band(self, found: Toleranced) -> Toleranced:
+    def _in_band(self, toleranced: Toleranced) -> Toleranced:
         """Return the quantity with its range, where one is stated, distributed as in this field."""
-        if not isinstance(found.nominal, Band):
-            return found
+        if not isinstance(toleranced.nominal, Band):
+            return toleranced
         if self.band is None:
             raise UnitError("a range a .. b is not used here: state one value")
-        return replace(found, nominal=Band(found.nominal.low, found.nominal.high, self.band))
+        return replace(
+            toleranced, nominal=Band(toleranced.nominal.low, toleranced.nominal.high, self.band)
+        )
 
-    def _check(self, found: Toleranced) -> None:
-        value, largest = limits_of(found.nominal)
-        if not (math.isfinite(value) and math.isfinite(largest) and math.isfinite(found.tolerance)):
+    def _check(self, toleranced: Toleranced) -> None:
+        value, largest = limits_of(toleranced.nominal)
+        if not (
+            math.isfinite(value) and math.isfinite(largest) and math.isfinite(toleranced.tolerance)
+        ):
             raise UnitError("not a finite number")
-        if found.tolerance < 0:
+        if toleranced.tolerance < 0:
             raise UnitError("a tolerance after ± cannot be negative")
         if value < self.low or value <= self.above or largest > self.high:
             raise UnitError("out of range")
-        if max(abs(value), abs(largest), found.tolerance) > LARGEST:
+        if max(abs(value), abs(largest), toleranced.tolerance) > LARGEST:
             raise UnitError("too large to be real")
         if self.above == 0 and value < _SMALLEST:
             raise UnitError("too small to be real")
         floor = max(self.low, self.above)
-        if math.isfinite(floor) and value - found.tolerance < floor:
+        if math.isfinite(floor) and value - toleranced.tolerance < floor:
             raise UnitError("the tolerance reaches out of range")
 
-    def _of_law(self, found: Toleranced) -> Toleranced:
+    def _of_law(self, toleranced: Toleranced) -> Toleranced:
         """Return the quantity with its distribution checked; only limits that hold are taken where
         the field needs them.
         """
-        if isinstance(found.law, str) and found.law in _LIMITED:
-            return found
+        if isinstance(toleranced.law, str) and toleranced.law in _LIMITED:
+            return toleranced
         if not self.any_law:
             raise UnitError(
                 "a distribution other than normal or uniform, and here limits must hold"
             )
-        if not found.tolerance:
+        if not toleranced.tolerance:
             raise UnitError("a distribution without a ± tolerance")
-        if isinstance(found.law, str):
-            if found.law != "normal without limits":
-                raise UnitError(f"'{found.law}' is not a known distribution")
-            return found
-        return replace(found, law=table_rows(found.law))
+        if isinstance(toleranced.law, str):
+            if toleranced.law != "normal without limits":
+                raise UnitError(f"'{toleranced.law}' is not a known distribution")
+            return toleranced
+        return replace(toleranced, law=table_rows(toleranced.law))
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler

@@ -9,7 +9,7 @@ from scipy.special import betainc
 from scipy.stats import t
 
 from lostmotion import sample_poses
-from lostmotion.error_model import error_bins, intervals
+from lostmotion.error_model import error_bins, intervals, robot_intervals
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import of_length, pooled_quantile, standard_deviation
 from lostmotion.error_model.robot_intervals import (
@@ -30,7 +30,7 @@ SETS = 8
 def test_where_only_robots_or_only_poses_differ_the_interval_is_students(axis):
     """Where robots alone or sets of poses alone differ, four values have Student's interval."""
     values = np.array([1.0, 1.3, 0.9, 1.6])
-    found = intervals.two_way(np.expand_dims(values, axis) + np.zeros((4, 4)))
+    found = robot_intervals.two_way(np.expand_dims(values, axis) + np.zeros((4, 4)))
     assert found.half == pytest.approx(3.182446 * values.std(ddof=1) / 2, rel=1e-6)
     assert (found.of_poses if axis else found.of_robots) == pytest.approx(
         values.var(ddof=1) / 4, rel=1e-12
@@ -75,7 +75,7 @@ def test_truncating_an_interval_at_zero_does_not_lower_its_coverage(share):
         means = np.where(rng.random((SETS, 40)) < share, rng.lognormal(0, 1, (SETS, 40)), 0.0) * (
             rng.random(40) < share
         )
-        found, half = pooled_mean(means), intervals.two_way(means).half
+        found, half = pooled_mean(means), robot_intervals.two_way(means).half
         truth = share**2 * math.exp(0.5)
         covered += found.low <= truth <= found.high
         whole += abs(means.mean() - truth) <= half
@@ -191,7 +191,8 @@ def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
         ]
 
     truth = [each.value for each in estimates(8192, 16_000, 10**6)]
-    monkeypatch.setattr(intervals, "_CONFIDENCE", 0.90)
+    for room in (intervals, robot_intervals):
+        monkeypatch.setattr(room, "CONFIDENCE", 0.90)
     covered = np.zeros(len(truth))
     for seed in range(1000):
         covered += [
@@ -237,7 +238,7 @@ def test_where_robots_and_poses_differ_their_variances_are_those_of_an_analysis_
             -(rest**2).sum() / (sets - 1) / (robots - 1),
         ]
     ) / (sets * robots)
-    found = intervals.two_way(values)
+    found = robot_intervals.two_way(values)
     # Satterthwaite
     freedom = (
         squares.sum() ** 2 / (squares**2 / [robots - 1, sets - 1, (sets - 1) * (robots - 1)]).sum()

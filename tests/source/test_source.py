@@ -7,10 +7,14 @@ from __future__ import annotations
 import ast
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 import lostmotion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 SRC = Path(lostmotion.__file__).parent
 FILES = {str(path.relative_to(SRC)): path for path in sorted(SRC.rglob("*.py"))}
@@ -182,6 +186,46 @@ def test_no_two_classes_have_the_same_name():
         if isinstance(node, ast.ClassDef)
     ]
     assert {name for name in classes if classes.count(name) > 1} == set()
+
+
+# Parameters of more than five classes, each with what it is in all of them.
+OF_MANY_CLASSES = {
+    "at": "where, whatever has places",
+    "each": "one of several, in functions that are mapped over them",
+    "error": "an error of the tool, or of the program",
+    "figures": "figures, of whatever was studied",
+    "gearbox": "a gearbox, however it is described",
+}
+CONTAINERS = {
+    *("Annotated", "Any", "Argument", "Callable", "Collection", "Floats", "Iterable", "Iterator"),
+    *("Literal", "Mapping", "NDArray", "Path", "Quantity", "Self", "Sequence"),
+}
+
+
+def classes_by_parameter(trees: Iterable[ast.AST]) -> dict[str, set[str]]:
+    """Return the classes that annotate each parameter of public functions, by its name; containers
+    apart.
+    """
+    out: dict[str, set[str]] = {}
+    for tree in trees:
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
+                continue
+            for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
+                named = set() if each.annotation is None else _names(each.annotation)
+                words = {name for name in named - CONTAINERS if name[0].isupper()}
+                out.setdefault(each.arg, set()).update(words)
+    return out
+
+
+def test_a_parameter_is_named_by_what_it_is():
+    """A name of parameters that stands for more than five classes says nothing of what is meant."""
+    one = ast.parse("def f(found: Cell | None, n: int): ...\ndef g(found: Sequence[Row]): ...")
+    assert classes_by_parameter([one]) == {"found": {"Cell", "Row"}, "n": set()}
+    classes = classes_by_parameter(ast.parse(path.read_text("utf-8")) for path in FILES.values())
+    many = {name: sorted(each) for name, each in classes.items() if len(each) > 5}
+    assert {name: each for name, each in many.items() if name not in OF_MANY_CLASSES} == {}
+    assert set(OF_MANY_CLASSES) <= set(many)
 
 
 # Names that something other than Python's own syntax refers to.

@@ -107,13 +107,13 @@ def surprise(data: NormalEquations, variances: Floats) -> float:
     return data.square - float(half @ half)
 
 
-def resolved(found: Posterior, variances: Floats) -> Floats:
+def resolved(estimated: Posterior, variances: Floats) -> Floats:
     """Return the share of the prior variance of each unknown that the measurement removed."""
     safe = np.where(variances > 0, variances, 1.0)
-    return np.where(variances > 0, 1 - np.diag(found.covariance) / safe, 0.0)
+    return np.where(variances > 0, 1 - np.diag(estimated.covariance) / safe, 0.0)
 
 
-def release_gains(found: Posterior, variances: Floats, factor: Floats) -> Floats:
+def release_gains(estimated: Posterior, variances: Floats, factor: Floats) -> Floats:
     """Return how much the log evidence rises (unknown,) where the prior deviation of one unknown is
     `factor` (unknown,) times as large.
 
@@ -122,5 +122,5 @@ def release_gains(found: Posterior, variances: Floats, factor: Floats) -> Floats
     """
     c = factor**2 - 1
     safe = np.where(variances > 0, variances, 1.0)
-    t, square = resolved(found, variances), found.mean**2 / safe
+    t, square = resolved(estimated, variances), estimated.mean**2 / safe
     return np.asarray(0.5 * (c * square / (1 + c * t) - np.log1p(c * t)))

@@ -151,10 +151,10 @@ def _texts(values: Sequence[StatedValue | None]) -> tuple[str, ...]:
     )
 
 
-def _together(found: Sequence[Difference]) -> list[Difference]:
+def _together(differences: Sequence[Difference]) -> list[Difference]:
     """Return the differences, those of one key with the same values at several joints as one."""
     groups: dict[tuple[str, str, tuple[str, ...]], list[str]] = {}
-    for each in found:
+    for each in differences:
         kind, _, joint = each.parts[0].partition(" of ")
         kind = (
             kind

@@ -107,35 +107,35 @@ def _determinant(m: Floats) -> Floats:
     return np.asarray(np.einsum("pi,pi->p", m[:, 0], np.cross(m[:, 1], m[:, 2])))
 
 
-def _saddle(found: _Invariants, x: Floats) -> tuple[Floats, Floats, Floats]:
+def _saddle(invariants: _Invariants, x: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the saddle point t of log M(t) - t x - log t, and the second and third derivatives
     there.
     """
-    low, high = np.zeros_like(x), 0.5 / found.eigenvalues[0]
+    low, high = np.zeros_like(x), 0.5 / invariants.eigenvalues[0]
     t = high / 2
     for _ in range(_STEPS):
-        slope, curvature, _ = _derivatives(found, t, x)
+        slope, curvature, _ = _derivatives(invariants, t, x)
         low, high = np.where(slope < 0, t, low), np.where(slope < 0, high, t)
         to = t - slope / curvature
         t = np.where((to >= low) & (to <= high), to, (low + high) / 2)
-    _, curvature, third = _derivatives(found, t, x)
+    _, curvature, third = _derivatives(invariants, t, x)
     return t, curvature, third
 
 
-def _derivatives(found: _Invariants, t: Floats, x: Floats) -> tuple[Floats, Floats, Floats]:
+def _derivatives(invariants: _Invariants, t: Floats, x: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the first three derivatives of log M(t) - t x - log t; those of a quotient M/D follow
     from M = g D.
     """
-    parts = [value / (1 - 2 * value * t) for value in found.eigenvalues]
-    d = math.prod(1 - 2 * value * t for value in found.eigenvalues)
-    d1 = -2 * found.trace + 8 * t * found.minors - 24 * t * t * found.determinant
-    d2, d3 = 8 * found.minors - 48 * t * found.determinant, -48 * found.determinant
+    parts = [value / (1 - 2 * value * t) for value in invariants.eigenvalues]
+    d = math.prod(1 - 2 * value * t for value in invariants.eigenvalues)
+    d1 = -2 * invariants.trace + 8 * t * invariants.minors - 24 * t * t * invariants.determinant
+    d2, d3 = 8 * invariants.minors - 48 * t * invariants.determinant, -48 * invariants.determinant
     m1, m2, m3 = (
-        found.zero - 4 * t * found.one + 12 * t * t * found.two,
-        -4 * found.one + 24 * t * found.two,
-        24 * found.two,
+        invariants.zero - 4 * t * invariants.one + 12 * t * t * invariants.two,
+        -4 * invariants.one + 24 * t * invariants.two,
+        24 * invariants.two,
     )
-    g = found.mean_term(t)
+    g = invariants.mean_term(t)
     g1 = (m1 - g * d1) / d
     g2 = (m2 - 2 * g1 * d1 - g * d2) / d
     g3 = (m3 - 3 * g2 * d1 - 3 * g1 * d2 - g * d3) / d

@@ -1,6 +1,4 @@
-"""The tables of a controller as C source: constant arrays that the C core evaluates, and the sizes
-of its scratch arrays.
-"""
+"""The tables of a controller as C source: constant arrays that the C core evaluates."""
 
 from __future__ import annotations
 

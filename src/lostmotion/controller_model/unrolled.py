@@ -115,12 +115,14 @@ def evaluated(tables: Tables) -> set[int]:
     }
 
 
-def _curve(found: Expressions, curve: ExportedCurve, load: Floats) -> Number:
+def _curve(expressions: Expressions, curve: ExportedCurve, load: Floats) -> Number:
     """Return the value of an odd piecewise linear curve from the origin: the last slope, and for
     each corner the change of the slope up to it.
     """
     ends, change = curve.start[1:], -np.diff(curve.slope)
-    corners = [change[k] * found.call("lm_clip", load[0], -end, end) for k, end in enumerate(ends)]
+    corners = [
+        change[k] * expressions.call("lm_clip", load[0], -end, end) for k, end in enumerate(ends)
+    ]
     whole: Number = sum(corners, start=curve.slope[-1] * load[0])
     return whole
 

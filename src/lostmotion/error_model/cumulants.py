@@ -119,8 +119,8 @@ def cumulants(terms: Sequence[Draws]) -> Cumulants:
     return Cumulants(_of_order(found, 3), _of_order(found, 4), tuple(closings))
 
 
-def _of_order(found: Mapping[tuple[int, ...], _Value], order: int) -> CumulantsOfOrder:
-    chosen = {terms: value for terms, value in found.items() if len(terms) == order}
+def _of_order(values: Mapping[tuple[int, ...], _Value], order: int) -> CumulantsOfOrder:
+    chosen = {terms: value for terms, value in values.items() if len(terms) == order}
     orders = np.array([_orders(members) for members in chosen], float)
     plain, with_moment, stream, moment = (
         (np.array(column) for column in zip(*chosen.values(), strict=True))

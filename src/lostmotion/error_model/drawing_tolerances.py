@@ -376,7 +376,7 @@ def _of_displacements(motion: Floats, size: float) -> Floats:
     return out
 
 
-def _refuse_loose(found: ToleranceCheck, features: Sequence[Feature], places: TaskPlaces) -> None:
+def _refuse_loose(checked: ToleranceCheck, features: Sequence[Feature], places: TaskPlaces) -> None:
     """Raise TaskGeometryError where the datum features leave a motion free that the tolerance
     reads.
     """
@@ -387,13 +387,13 @@ def _refuse_loose(found: ToleranceCheck, features: Sequence[Feature], places: Ta
     moved[:] = np.eye(6)
     moved[:, 3:, :3] = -skew(about)
     moved[:, :, :3] /= size  # of unit displacement at the size of the task
-    before = np.abs(found.rows @ moved[found.places]).max()
-    if np.abs(found.components(moved)).max(initial=0.0) > 1e-6 * before:
+    before = np.abs(checked.rows @ moved[checked.places]).max()
+    if np.abs(checked.components(moved)).max(initial=0.0) > 1e-6 * before:
         names = ", ".join(
-            f"'{features[k].name}'" for k in found.tolerance.datum if isinstance(k, int)
+            f"'{features[k].name}'" for k in checked.tolerance.datum if isinstance(k, int)
         )
         raise TaskGeometryError(
-            found.tolerance,
+            checked.tolerance,
             f"datum features {names} that leave a motion of their frame free",
             "datum features that fix it: a plane, a line in it and a point, or three places",
         )

@@ -168,15 +168,15 @@ def with_figures(
     return replace(poses, q=poses.q[np.concatenate(rows)])
 
 
-def _refusal(found: Trust) -> InputError:
-    failing, poses = np.count_nonzero(~found.valid), len(found.valid)
+def _refusal(validity: Trust) -> InputError:
+    failing, poses = np.count_nonzero(~validity.valid), len(validity.valid)
     return InputError(
         [
             Problem(
                 "",
                 "poses",
                 f"first order neglects more than {100 * FAILS:g} % of the error at {failing} of "
-                f"{poses} poses, {_worst(found)}",
+                f"{poses} poses, {_worst(validity)}",
                 "poses farther from a parallel singularity: narrower limits of the drives; or "
                 "smaller errors",
             )
@@ -184,11 +184,11 @@ def _refusal(found: Trust) -> InputError:
     )
 
 
-def _worst(found: Trust) -> str:
+def _worst(validity: Trust) -> str:
     """Return where first order neglects most, in which direction, and by which part."""
-    k = int(found.neglected.argmax())
-    share = found.neglected[k]
-    turn, shift = found.direction[k, :3], found.direction[k, 3:]
+    k = int(validity.neglected.argmax())
+    share = validity.neglected[k]
+    turn, shift = validity.direction[k, :3], validity.direction[k, 3:]
     sliding = np.linalg.norm(shift) >= np.linalg.norm(turn)
     way = shift if sliding else turn
     way = way / np.linalg.norm(way)
@@ -196,7 +196,8 @@ def _worst(found: Trust) -> str:
     size = f"{100 * share:.3g} %" if share < 1 else "all of it"
     return (
         f"{size} at most; there the tool is loose {'along' if sliding else 'in rotation about'} "
-        f"({axes}) in the base's axes, and {found.part[k]} adds most to the error in this direction"
+        f"({axes}) in the base's axes, and {validity.part[k]} adds most to the error in this "
+        "direction"
     )
 
 

@@ -263,11 +263,11 @@ def load_text(load: float, unit: str) -> str:
     return f"{float(f'{load:.3g}'):.12f}".rstrip("0").rstrip(".") + f" {unit}"
 
 
-def remarks_of(found: DriveLoads) -> Sequence[str]:
+def remarks_of(loads: DriveLoads) -> Sequence[str]:
     """Return how the loads were found, in a sentence each, beginning with what they rest on."""
     basis = (
         "effort limits of the file"
-        if found.efforts
+        if loads.efforts
         else f"{MARGIN:g} times the static loads, which leaves room for payload and acceleration"
     )
-    return (f"loads of the drives: {basis}", *found.remarks)
+    return (f"loads of the drives: {basis}", *loads.remarks)

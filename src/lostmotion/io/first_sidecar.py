@@ -138,12 +138,12 @@ def _arguments(stated: dict[str, Any]) -> list[str]:
     return ["", f"[{XACRO}]", *lines] if lines else []
 
 
-def _joints(arm: Arm, found: DriveLoads, repairs: dict[str, dict[str, Any]]) -> list[str]:
+def _joints(arm: Arm, loads: DriveLoads, repairs: dict[str, dict[str, Any]]) -> list[str]:
     lines: list[str] = []
-    held = list(found.static.values())
+    held = list(loads.static.values())
     for k, joint in enumerate(arm.driven):
         turning = joint.type == "revolute"
-        effort = found.efforts.get(joint.name)
+        effort = loads.efforts.get(joint.name)
         limit = "" if effort is None else f"; effort limit: {load_text(effort, joint.load_unit)}"
         lines += [
             "",
@@ -155,7 +155,7 @@ def _joints(arm: Arm, found: DriveLoads, repairs: dict[str, dict[str, Any]]) -> 
         )
         lines.append(
             f"{DRIVE} = {{ {LOAD_KEYS[joint.type]} = "
-            f'"{load_text(found.loads[joint.name], joint.load_unit)}" }}'
+            f'"{load_text(loads.loads[joint.name], joint.load_unit)}" }}'
         )
         needed = _MARGIN * max(
             (held[i] for i in range(k, len(held)) if arm.driven[i].type == "revolute"), default=0.0

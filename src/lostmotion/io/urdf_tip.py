@@ -135,11 +135,11 @@ def choose_named_tip(tree: UrdfTree, base: str, choice: Choice | None) -> Choice
     )
 
 
-def _goes_on(found: Choice, behind: Choice) -> bool:
+def _goes_on(choice: Choice, behind: Choice) -> bool:
     """Return whether a tool is behind a coupled joint: by its name where none comes before it, or
     by several joints more.
     """
-    return (behind.by_name and not found.by_name) or behind.joints - found.joints >= _FOLLOWED
+    return (behind.by_name and not choice.by_name) or behind.joints - choice.joints >= _FOLLOWED
 
 
 def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_LinkPlace]:

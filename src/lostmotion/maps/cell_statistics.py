@@ -69,18 +69,22 @@ def errors(
     )
 
 
-def cell_figures(found: PoseErrors, cell: np.ndarray, cells: int) -> Floats:
+def cell_figures(pose_errors: PoseErrors, cell: np.ndarray, cells: int) -> Floats:
     """Return mean and quantile (measure, configuration, cell) of each cell by its best, mean and
     worst pose; NaN for cells without poses.
 
     `cell` (pose,) is the cell of each pose. Poses with invalid figures count only in cells without
     others.
     """
-    chosen, begins = _chosen(found, cell, cells)
-    return _over(np.stack([found.mean, found.quantile])[:, chosen], cell[chosen], begins, cells)
+    chosen, begins = _chosen(pose_errors, cell, cells)
+    return _over(
+        np.stack([pose_errors.mean, pose_errors.quantile])[:, chosen], cell[chosen], begins, cells
+    )
 
 
-def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.ndarray) -> Floats:
+def bounds_by_cell(
+    pose_errors: PoseErrors, cell: np.ndarray, cells: int, drawn: np.ndarray
+) -> Floats:
     """Return lower and upper bounds (end, measure, configuration, cell) of the figures of
     `cell_figures`.
 
@@ -88,9 +92,12 @@ def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.nd
     bounds of their mean include the 95 % confidence interval of a sample (Student; NaN for a single
     pose); the lower bound of their best and the upper bound of their worst pose are unknown (NaN).
     """
-    chosen, begins = _chosen(found, cell, cells)
+    chosen, begins = _chosen(pose_errors, cell, cells)
     out = np.stack(
-        [_over(end[:, chosen], cell[chosen], begins, cells) for end in (found.low, found.high)]
+        [
+            _over(end[:, chosen], cell[chosen], begins, cells)
+            for end in (pose_errors.low, pose_errors.high)
+        ]
     )
     if not len(chosen):
         return out
@@ -103,7 +110,10 @@ def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.nd
             *(student(n - 1) / np.sqrt(n * (n - 1)) for n in range(2, int(sizes.max()) + 1)),
         ]
     )[sizes]
-    for measure, values in ((MEAN, found.mean[chosen]), (QUANTILE, found.quantile[chosen])):
+    for measure, values in (
+        (MEAN, pose_errors.mean[chosen]),
+        (QUANTILE, pose_errors.quantile[chosen]),
+    ):
         middle = np.add.reduceat(values, begins) / sizes
         square = np.add.reduceat((values - np.repeat(middle, sizes)) ** 2, begins)
         half = np.where(drawn[at[begins]], factor * np.sqrt(square), 0.0)
@@ -114,12 +124,12 @@ def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.nd
     return out
 
 
-def _chosen(found: PoseErrors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
+def _chosen(pose_errors: PoseErrors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the poses on which the cells' figures are based, sorted by cell, and the start of each
     cell among them.
     """
-    some_valid = np.bincount(cell[found.valid], minlength=cells) > 0
-    chosen = np.flatnonzero(found.valid | ~some_valid[cell])
+    some_valid = np.bincount(cell[pose_errors.valid], minlength=cells) > 0
+    chosen = np.flatnonzero(pose_errors.valid | ~some_valid[cell])
     chosen = chosen[np.argsort(cell[chosen], kind="stable")]
     at = cell[chosen]
     return chosen, np.flatnonzero(np.r_[True, at[1:] != at[:-1]]) if len(at) else np.zeros(0, int)

@@ -54,7 +54,7 @@ def configurations_at(
 
 
 def solve_positions(
-    arm: Arm, found: CellPoses, wanted: Floats, threads: int = 1
+    arm: Arm, cells: CellPoses, wanted: Floats, threads: int = 1
 ) -> tuple[Floats, np.ndarray]:
     """Return poses q (pose, joint) with the tool at these points (point, 3), solved from poses near
     them, and which points were reached.
@@ -64,15 +64,15 @@ def solve_positions(
     if not len(wanted):
         return np.zeros((0, len(arm.driven))), np.zeros(0, bool)
     with ThreadPoolExecutor(threads) as pool:
-        q, done, _ = from_nearest_poses(arm, found, wanted, STARTS, pool, found.grid.edge)
+        q, done, _ = from_nearest_poses(arm, cells, wanted, STARTS, pool, cells.grid.edge)
         left = np.flatnonzero(~done)
         if len(left):
             q[left], done[left], _ = from_nearest_poses(
-                arm, found, wanted[left], _STARTS_SPREAD, pool
+                arm, cells, wanted[left], _STARTS_SPREAD, pool
             )
     # Near a singularity the steps become ever shorter; the tolerance of cell centres suffices.
     return q, np.asarray(
-        done | (np.abs(tool_points(arm, q) - wanted) < TOLERANCE * found.grid.edge).all(axis=1)
+        done | (np.abs(tool_points(arm, q) - wanted) < TOLERANCE * cells.grid.edge).all(axis=1)
     )
 
 
@@ -145,7 +145,7 @@ def interleaved_poses(arm: Arm, poses: int, seed: int) -> tuple[Floats, np.ndarr
 
 def from_nearest_poses(
     arm: Arm,
-    found: CellPoses,
+    cells: CellPoses,
     wanted: Floats,
     count: int,
     pool: ThreadPoolExecutor,
@@ -157,15 +157,15 @@ def from_nearest_poses(
     where the cell edge is stated, else damped ones.
     """
     starts = (
-        _nearest_poses(found.points, wanted, count)
+        _nearest_poses(cells.points, wanted, count)
         if count <= STARTS
-        else spread_starts(arm, found.q, found.points, wanted, count)
+        else spread_starts(arm, cells.q, cells.points, wanted, count)
     )
-    out, done, start = found.q[starts[:, 0]], np.zeros(len(wanted), bool), starts[:, 0].copy()
+    out, done, start = cells.q[starts[:, 0]], np.zeros(len(wanted), bool), starts[:, 0].copy()
     for each in starts.T:
         left = np.flatnonzero(~done & (each >= 0))
         if len(left):
-            from_there, to = found.q[each[left]], wanted[left]
+            from_there, to = cells.q[each[left]], wanted[left]
             out[left], done[left] = (
                 _damped_newton_to(arm, from_there, to, pool)
                 if edge is None

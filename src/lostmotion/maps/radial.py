@@ -31,19 +31,19 @@ class RadialSection:
     values: Floats
 
 
-def radial_section(found: WorkspaceMap) -> RadialSection | None:
+def radial_section(accuracy_map: WorkspaceMap) -> RadialSection | None:
     """Return the quantile by distance from the first axis and height, over all azimuths; None
     unless that axis is vertical and turns fully.
     """
-    axis = full_turn_axis(found.arm)
+    axis = full_turn_axis(accuracy_map.arm)
     if axis is None:
         return None
-    grid, points = found.reached.grid, found.reached.points
+    grid, points = accuracy_map.reached.grid, accuracy_map.reached.points
     at = np.floor(np.hypot(points[:, 0] - axis[0], points[:, 1] - axis[1]) / grid.edge).astype(int)
     rings, heights = int(at.max()) + 1, grid.shape[2]
-    up = np.unravel_index(found.reached.cell, grid.shape)[2]
-    values = cell_figures(found.evaluated.errors, at * heights + up, rings * heights)[
-        QUANTILE, CONFIGURATIONS.index(found.by)
+    up = np.unravel_index(accuracy_map.reached.cell, grid.shape)[2]
+    values = cell_figures(accuracy_map.evaluated.errors, at * heights + up, rings * heights)[
+        QUANTILE, CONFIGURATIONS.index(accuracy_map.by)
     ]
     return RadialSection(
         np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float),

@@ -99,14 +99,14 @@ def reachable_cells(
     return _without_margin(_where_first_order_holds(arm, found))
 
 
-def _where_first_order_holds(arm: Arm, found: CellPoses) -> CellPoses:
+def _where_first_order_holds(arm: Arm, cells: CellPoses) -> CellPoses:
     """Return the poses without those of a closed chain at which first order is not valid, and
     without the cells that have no others.
     """
-    valid = trusted(arm, found.q)
+    valid = trusted(arm, cells.q)
     if valid.all():
-        return found
-    kept = _selected(found, np.flatnonzero(valid))
+        return cells
+    kept = _selected(cells, np.flatnonzero(valid))
     return replace(kept, centre=kept.centre & (kept.counts > 0))
 
 
@@ -120,82 +120,82 @@ def _refuse_too_many(cells: int, per_cell: int) -> None:
         )
 
 
-def _first_per_cell(found: CellPoses, per_cell: int) -> CellPoses:
+def _first_per_cell(cells: CellPoses, per_cell: int) -> CellPoses:
     """Return the first few poses of each cell, without those outside the grid."""
-    order = np.argsort(found.cell, kind="stable")
-    order = order[found.cell[order] >= 0]
-    cell = found.cell[order]
+    order = np.argsort(cells.cell, kind="stable")
+    order = order[cells.cell[order] >= 0]
+    cell = cells.cell[order]
     begins = np.flatnonzero(np.r_[True, cell[1:] != cell[:-1]])
     rank = np.arange(len(cell)) - np.repeat(begins, np.diff(np.r_[begins, len(cell)]))
-    return _selected(found, order[rank < per_cell])
+    return _selected(cells, order[rank < per_cell])
 
 
-def _selected(found: CellPoses, which: np.ndarray) -> CellPoses:
+def _selected(cells: CellPoses, which: np.ndarray) -> CellPoses:
     arrays = (
-        found.q[which],
-        found.points[which],
-        found.cell[which],
-        found.members[which],
-        found.brought[which],
+        cells.q[which],
+        cells.points[which],
+        cells.cell[which],
+        cells.members[which],
+        cells.brought[which],
     )
-    return CellPoses(found.grid, *arrays, found.sampled, found.centre)
+    return CellPoses(cells.grid, *arrays, cells.sampled, cells.centre)
 
 
 def _joined(
-    arm: Arm, found: CellPoses, q: Floats, goal: np.ndarray, members: np.ndarray
+    arm: Arm, cells: CellPoses, q: Floats, goal: np.ndarray, members: np.ndarray
 ) -> CellPoses:
     """Return the poses with those solved for other cells added, where they lie in their target
     cell.
     """
     if not len(q):
-        return found
+        return cells
     points = tool_points(arm, q)
-    right = found.grid.cell_numbers(points) == goal
+    right = cells.grid.cell_numbers(points) == goal
     whole = CellPoses(
-        found.grid,
-        np.vstack([found.q, q[right]]),
-        np.vstack([found.points, points[right]]),
-        np.r_[found.cell, goal[right]],
-        np.r_[found.members, members[right]],
-        np.r_[found.brought, np.ones(int(right.sum()), bool)],
-        found.sampled,
-        found.centre,
+        cells.grid,
+        np.vstack([cells.q, q[right]]),
+        np.vstack([cells.points, points[right]]),
+        np.r_[cells.cell, goal[right]],
+        np.r_[cells.members, members[right]],
+        np.r_[cells.brought, np.ones(int(right.sum()), bool)],
+        cells.sampled,
+        cells.centre,
     )
     return _selected(whole, np.argsort(whole.cell, kind="stable"))
 
 
-def _move_to_centres(arm: Arm, found: CellPoses, pool: ThreadPoolExecutor) -> CellPoses:
+def _move_to_centres(arm: Arm, cells: CellPoses, pool: ThreadPoolExecutor) -> CellPoses:
     """Return the poses moved to the centre of their cell; poses that do not arrive stay, in cells
     where none arrives.
     """
-    goal = found.grid.centres(found.cell)
-    q = np.empty_like(found.q)
+    goal = cells.grid.centres(cells.cell)
+    q = np.empty_like(cells.q)
     for here, moved in batches(
-        pool, len(q), lambda here: stepped_towards(arm, found.q[here], goal[here], _WITHIN)
+        pool, len(q), lambda here: stepped_towards(arm, cells.q[here], goal[here], _WITHIN)
     ):
         q[here] = moved
     on = CellPoses(
-        found.grid,
+        cells.grid,
         q,
         tool_points(arm, q),
-        found.cell,
-        found.members,
-        found.brought,
-        found.sampled,
-        found.centre,
+        cells.cell,
+        cells.members,
+        cells.brought,
+        cells.sampled,
+        cells.centre,
     )
     there = _at_centre(on)
-    found.centre.ravel()[found.cell[there]] = True
-    left = np.flatnonzero(~found.centre.ravel()[found.cell])
-    on.q[left], on.points[left] = found.q[left], found.points[left]
+    cells.centre.ravel()[cells.cell[there]] = True
+    left = np.flatnonzero(~cells.centre.ravel()[cells.cell])
+    on.q[left], on.points[left] = cells.q[left], cells.points[left]
     there[left] = True
     return _selected(on, np.flatnonzero(there))
 
 
-def _at_centre(found: CellPoses) -> np.ndarray:
+def _at_centre(cells: CellPoses) -> np.ndarray:
     """Return which poses put the tool at the centre of their cell."""
     return np.asarray(
-        (np.abs(found.points - found.grid.centres(found.cell)) < TOLERANCE * found.grid.edge).all(
+        (np.abs(cells.points - cells.grid.centres(cells.cell)) < TOLERANCE * cells.grid.edge).all(
             axis=1
         )
     )
@@ -245,7 +245,7 @@ def _expand(
 
 def _fill_up(
     arm: Arm,
-    found: CellPoses,
+    cell_poses: CellPoses,
     starts: CellPoses,
     per_cell: int,
     pool: ThreadPoolExecutor,
@@ -257,14 +257,14 @@ def _fill_up(
     The target is the centre of the cell where it is in reach, else the same place within the cell
     as that of the starting pose.
     """
-    cells = np.flatnonzero((found.counts.ravel() > 0) | found.centre.ravel())
-    cells = cells[found.counts.ravel()[cells] < per_cell]
+    cells = np.flatnonzero((cell_poses.counts.ravel() > 0) | cell_poses.centre.ravel())
+    cells = cells[cell_poses.counts.ravel()[cells] < per_cell]
     around = spread_starts(
-        arm, starts.q, starts.points, found.grid.centres(cells), _ROUNDS * per_cell
+        arm, starts.q, starts.points, cell_poses.grid.centres(cells), _ROUNDS * per_cell
     )
     for turn in range(_ROUNDS):
         report("adding poses to cells", turn, _ROUNDS)
-        lacking = np.maximum(per_cell - found.counts.ravel()[cells], 0)
+        lacking = np.maximum(per_cell - cell_poses.counts.ravel()[cells], 0)
         # Later rounds try more starts than are missing, since the remaining cells are harder; each
         # round uses other starts.
         tries = lacking if turn == 0 else np.minimum(_HARDER * lacking, per_cell)
@@ -273,41 +273,47 @@ def _fill_up(
             break
         start = around[row, np.concatenate([np.arange(n) for n in tries]) + turn * per_cell]
         goal, start = cells[row][start >= 0], start[start >= 0]
-        there = found.grid.centres(goal)
+        there = cell_poses.grid.centres(goal)
         there += np.where(
-            found.centre.ravel()[goal][:, None],
+            cell_poses.centre.ravel()[goal][:, None],
             0.0,
-            starts.points[start] - found.grid.centres(starts.cell[start]),
+            starts.points[start] - cell_poses.grid.centres(starts.cell[start]),
         )
-        arrived, done = newton_to(arm, starts.q[start], there, found.grid.edge, pool)
-        found = _joined(arm, found, arrived[done], goal[done], starts.members[start[done]])
-        found = _first_per_cell(
+        arrived, done = newton_to(arm, starts.q[start], there, cell_poses.grid.edge, pool)
+        cell_poses = _joined(
+            arm, cell_poses, arrived[done], goal[done], starts.members[start[done]]
+        )
+        cell_poses = _first_per_cell(
             _selected(
-                found,
-                np.flatnonzero(distinct_configurations(arm, found.q, found.cell, found.grid.edge)),
+                cell_poses,
+                np.flatnonzero(
+                    distinct_configurations(
+                        arm, cell_poses.q, cell_poses.cell, cell_poses.grid.edge
+                    )
+                ),
             ),
             per_cell,
         )
-    return found
+    return cell_poses
 
 
-def _without_margin(found: CellPoses) -> CellPoses:
+def _without_margin(cells: CellPoses) -> CellPoses:
     """Return the poses on a grid without its empty margin."""
-    old = found.grid
-    grid = old.cropped_to(np.unique(found.cell))
+    old = cells.grid
+    grid = old.cropped_to(np.unique(cells.cell))
     shift = np.array(grid.first) - np.array(old.first)
-    at = np.column_stack(np.unravel_index(found.cell, old.shape)) - shift
+    at = np.column_stack(np.unravel_index(cells.cell, old.shape)) - shift
     cell = np.ravel_multi_index(tuple(at.T), grid.shape)
-    centre = found.centre[
+    centre = cells.centre[
         tuple(slice(int(a), int(a) + n) for a, n in zip(shift, grid.shape, strict=True))
     ]
     return CellPoses(
         grid,
-        found.q,
-        found.points,
+        cells.q,
+        cells.points,
         cell,
-        found.members,
-        found.brought,
-        found.sampled,
+        cells.members,
+        cells.brought,
+        cells.sampled,
         np.ascontiguousarray(centre),
     )

@@ -275,11 +275,11 @@ def assembled_frames(tree: Tree, q: Floats) -> Floats:
     return found.frames
 
 
-def problem_text(tree: Tree, found: Assembly, pose: int) -> str:
+def problem_text(tree: Tree, assembly: Assembly, pose: int) -> str:
     """Return why a chain is not assembled at a pose."""
-    problem = found.problem[pose]
+    problem = assembly.problem[pose]
     if problem == LIMITED:
-        name = tree.passive[int(found.joint[pose])].joint
+        name = tree.passive[int(assembly.joint[pose])].joint
         return f"the passive joint {name} is outside its limits"
     if problem == SINGULAR:
         return "it lies beyond a parallel singularity of the closed chain"

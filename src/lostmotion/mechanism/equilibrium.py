@@ -156,11 +156,11 @@ def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
     )
 
 
-def displacement(found: Equilibrium) -> Floats:
+def displacement(equilibrium: Equilibrium) -> Floats:
     """Return the exact rotation and displacement of the tool (6, pose) from its command, rad and m,
     in the base's axes: a rotation vector, and the path of the tool point.
     """
-    stands, command = found.frames[-1], found.command[-1]
+    stands, command = equilibrium.frames[-1], equilibrium.command[-1]
     turned = stands[:, :3, :3] @ command[:, :3, :3].transpose(0, 2, 1)
     vector = rotation_vector(turned)
     return np.concatenate([vector.T, (stands[:, :3, 3] - command[:, :3, 3]).T])

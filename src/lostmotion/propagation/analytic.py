@@ -161,11 +161,12 @@ def analytic(
     return joined(found)
 
 
-def joined(found: Sequence[Analytic]) -> Analytic:
+def joined(blocks: Sequence[Analytic]) -> Analytic:
     """Return the figures of several sets of poses, at the same levels, as those of one set."""
     arrays = [name for name in Analytic.__dataclass_fields__ if name != "levels"]
     return Analytic(
-        found[0].levels, *(np.concatenate([getattr(one, name) for one in found]) for name in arrays)
+        blocks[0].levels,
+        *(np.concatenate([getattr(one, name) for one in blocks]) for name in arrays),
     )
 
 

@@ -112,8 +112,8 @@ def percentile(level: float) -> Figure:
         values = before.quantile(level).value, after.quantile(level).value
         return quantile_difference(before.histograms, after.histograms, level, values)
 
-    def spread(errors: Drawn, found: Estimate) -> Spread:
-        return share_spread(*errors.histograms, found.value)
+    def spread(errors: Drawn, estimate: Estimate) -> Spread:
+        return share_spread(*errors.histograms, estimate.value)
 
     share = f"{100 * level:.4g}"
     return Figure(
@@ -154,12 +154,12 @@ def _of_robots(
     def means(errors: Errors) -> tuple[Floats, Floats | None]:
         return visits(errors).robot_means, visits(errors).of_poses
 
-    def spread_of_percentile(errors: Drawn, found: Estimate) -> Spread:
+    def spread_of_percentile(errors: Drawn, estimate: Estimate) -> Spread:
         robot_means, of_poses = means(errors)
         floor = 0.0 if of_poses is None else counting_floor(of_poses, len(robot_means))
         due_to_poses = max(quantile_spread(robot_means), (floor / _NORMAL) ** 2)
-        whole = (found.half / _NORMAL) ** 2
-        return Spread(max(whole - due_to_poses, 0.0), due_to_poses, found.half)
+        whole = (estimate.half / _NORMAL) ** 2
+        return Spread(max(whole - due_to_poses, 0.0), due_to_poses, estimate.half)
 
     mean = Figure(
         f"{key}_mean",

@@ -60,17 +60,17 @@ class Pooled:
 def pooled(
     arm: Arm,
     poses: Poses,
-    found: Analytic,
+    analytic: Analytic,
     *,
     approach: float = 0.0,
     stage: str = STAGES[0],
     threads: int = 1,
 ) -> Pooled:
-    """Return the figures over all these poses together; `found` are the figures at each of them.
+    """Return the figures over all these poses together; `analytic` are the figures at each of them.
     Other arguments as for `analytic`.
     """
     if len(poses) == 1:
-        return _of_one(found)
+        return _of_one(analytic)
     drawn = DrawnColumns(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
     histogram = PooledHistogram(poses)
     blocks = histogram.blocks(BLOCK)
@@ -82,7 +82,7 @@ def pooled(
         blocks, over_blocks(arm, poses.q, blocks, (stage, approach), threads, count), strict=True
     ):
         histogram.add(block, counts)
-    return histogram.figures(found)
+    return histogram.figures(analytic)
 
 
 class PooledHistogram:
@@ -118,35 +118,37 @@ class PooledHistogram:
         self._by_block += counts
         self._by_set[block.start // self._each] += counts.sum(axis=0)
 
-    def figures(self, found: Analytic) -> Pooled:
-        """Return the figures over all poses, once each block is added; `found` are the figures at
+    def figures(self, analytic: Analytic) -> Pooled:
+        """Return the figures over all poses, once each block is added; `analytic` are those at
         each pose.
         """
         of_sets, least = (
-            found.mean.reshape(self._sets, -1).mean(axis=1),
-            counting_floor(found.mean, self._sets),
+            analytic.mean.reshape(self._sets, -1).mean(axis=1),
+            counting_floor(analytic.mean, self._sets),
         )
         mean = _estimate(
-            float(found.mean.mean()), float(found.mean_uncertainty.mean()), of_sets, least
+            float(analytic.mean.mean()), float(analytic.mean_uncertainty.mean()), of_sets, least
         )
-        largest = float(found.worst.max())
+        largest = float(analytic.worst.max())
         quantiles = tuple(
-            _quantile(self._by_block, self._by_set, level, largest) for level in found.levels
+            _quantile(self._by_block, self._by_set, level, largest) for level in analytic.levels
         )
-        return Pooled(found.levels, mean, quantiles, _deviation(found, self._sets))
+        return Pooled(analytic.levels, mean, quantiles, _deviation(analytic, self._sets))
 
 
-def _of_one(found: Analytic) -> Pooled:
+def _of_one(analytic: Analytic) -> Pooled:
     """Return the figures over all poses for a single pose, which are its own."""
     alone = np.zeros(1)
     return Pooled(
-        found.levels,
-        _estimate(float(found.mean[0]), float(found.mean_uncertainty[0]), alone),
+        analytic.levels,
+        _estimate(float(analytic.mean[0]), float(analytic.mean_uncertainty[0]), alone),
         tuple(
             _estimate(float(value), float(off), alone)
-            for value, off in zip(found.quantiles[0], found.quantiles_uncertainty[0], strict=True)
+            for value, off in zip(
+                analytic.quantiles[0], analytic.quantiles_uncertainty[0], strict=True
+            )
         ),
-        _estimate(float(found.deviation[0]), float(found.deviation_uncertainty[0]), alone),
+        _estimate(float(analytic.deviation[0]), float(analytic.deviation_uncertainty[0]), alone),
     )
 
 
@@ -164,15 +166,15 @@ def _estimate(value: float, uncertainty: float, of_sets: Floats, least: float = 
     return of_length(value, value - half, value + half)
 
 
-def _deviation(found: Analytic, sets: int) -> Estimate:
+def _deviation(analytic: Analytic, sets: int) -> Estimate:
     """Return the standard deviation over all poses, from the mean variance plus the variance of the
     means; interval by the delta method over sets.
     """
-    variances = found.deviation**2 + (found.mean - found.mean.mean()) ** 2
+    variances = analytic.deviation**2 + (analytic.mean - analytic.mean.mean()) ** 2
     value = math.sqrt(float(variances.mean()))
-    if value <= _ROUNDING * float(found.mean.mean()):
+    if value <= _ROUNDING * float(analytic.mean.mean()):
         return Estimate(0.0, 0.0, 0.0)
-    uncertainty = np.maximum(found.deviation_uncertainty, found.mean_uncertainty)
+    uncertainty = np.maximum(analytic.deviation_uncertainty, analytic.mean_uncertainty)
     return _estimate(
         value, float(uncertainty.mean()), variances.reshape(sets, -1).mean(axis=1) / (2 * value)
     )

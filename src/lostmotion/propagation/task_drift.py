@@ -38,12 +38,12 @@ class ToolDrift:
     last: Estimate
 
     @classmethod
-    def of(cls, program: Program, found: Judged) -> ToolDrift | None:
+    def of(cls, program: Program, judged: Judged) -> ToolDrift | None:
         """Return the drift over a task; None without own heat."""
         heat, growth = program.task.heat, program.growth
         if heat is None or growth is None:
             return None
-        runs = found.held.shape[1]
+        runs = judged.held.shape[1]
         each = program.grown(runs)[:, :, 3:]  # (joint, place, 3, run)
         size = np.linalg.norm(each.sum(axis=0), axis=1)
         place, run = np.unravel_index(size.argmax(), size.shape)
@@ -57,6 +57,6 @@ class ToolDrift:
             heat.joints,
             shares,
             growth[:, place, 3:],
-            share_of(found.held[:, :1]),
-            share_of(found.held[:, -1:]),
+            share_of(judged.held[:, :1]),
+            share_of(judged.held[:, -1:]),
         )

@@ -90,9 +90,9 @@ def share_of(held: NDArray[np.bool_]) -> Estimate:
     )
 
 
-def worst_output(found: Judged, k: int) -> int:
+def worst_output(tolerances: Judged, k: int) -> int:
     """Return the output of a tolerance that is missed most often, or else used most."""
-    order = np.lexsort((found.squares[k], found.misses[k]))
+    order = np.lexsort((tolerances.squares[k], tolerances.misses[k]))
     return int(order[-1])
 
 

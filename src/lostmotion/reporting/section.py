@@ -90,57 +90,66 @@ def symmetry_axis(arm: Arm) -> Axis:
     return vertical_axis(arm) if np.allclose(gravity[:2], 0.0, atol=_VERTICAL) else None
 
 
-def sections(found: PoseValues) -> list[tuple[str, Figure]]:
+def sections(pose_values: PoseValues) -> list[tuple[str, Figure]]:
     """Return the sections XOZ and XOY with their names, "xoz" and "xoy", in this order; not those
     in which the workspace is a line.
 
     XOZ contains the vertical axis of the first joint, or the marked pose where there is none. XOY
     contains the marked pose.
     """
-    extent = np.ptp(found.reachable, axis=0)
+    extent = np.ptp(pose_values.reachable, axis=0)
     size = float(extent.max())
     return [
-        (f"{'xyz'[across]}o{'xyz'[up]}", _section(found, across, up, size / CELLS))
+        (f"{'xyz'[across]}o{'xyz'[up]}", _section(pose_values, across, up, size / CELLS))
         for across, up in ((0, 2), (0, 1))
         if min(extent[across], extent[up]) > FLAT * size
     ]
 
 
-def _section(found: PoseValues, across: int, up: int, edge: float) -> Figure:
+def _section(pose_values: PoseValues, across: int, up: int, edge: float) -> Figure:
     """Draw the section spanned by two axes of the base in cells with this edge, m."""
-    axis, other = symmetry_axis(found.arm) if found.turns else None, 3 - across - up
-    marked = found.tool[found.marked].copy()
+    axis, other = symmetry_axis(pose_values.arm) if pose_values.turns else None, 3 - across - up
+    marked = pose_values.tool[pose_values.marked].copy()
     if axis is not None and other == 1:  # turned about the axis into the section
         marked[:2] = axis[0] + np.hypot(marked[0] - axis[0], marked[1] - axis[1]), axis[1]
     view = np.eye(3)[[across, up, other]]
     x, y, values = cells_of_cut(
-        found.reachable, found.tool, found.values, view, float(marked[other]), edge, axis
+        pose_values.reachable,
+        pose_values.tool,
+        pose_values.values,
+        view,
+        float(marked[other]),
+        edge,
+        axis,
     )
     wide, tall = (float(np.ptp(each)) for each in (x, y))
     place = f"{marked[other] * 1e3:.4g}".replace("-", "−")
     title = f"Section {'XYZ'[across]}O{'XYZ'[up]}, {'xyz'[other]} = {place} mm"
     figure, on = one(title, float(np.clip(_AROUND + _ACROSS * tall / wide, *_HEIGHTS)))
-    limits = class_limits(*np.percentile(found.values, COVERED))
-    if len(found.values) >= NEAREST:
+    limits = class_limits(*np.percentile(pose_values.values, COVERED))
+    if len(pose_values.values) >= NEAREST:
         cells(on, x * 1e3, y * 1e3, class_of(values, limits))
     else:
         cells(on, x * 1e3, y * 1e3, np.where(np.isfinite(values), 0, -1), (LIGHT["line"],))
-    if found.target is not None and len(found.values) >= NEAREST:
+    if pose_values.target is not None and len(pose_values.values) >= NEAREST:
         centres = [(each[1:] + each[:-1]) / 2 for each in (x, y)]
-        contour(on, centres[0], centres[1], values, found.target, "target", found.unit)
-    ringed(on, 1e3 * marked[across], 1e3 * marked[up], found.mark)
+        contour(on, centres[0], centres[1], values, pose_values.target, "target", pose_values.unit)
+    ringed(on, 1e3 * marked[across], 1e3 * marked[up], pose_values.mark)
     on.set_aspect("equal")
     label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")
     extra = on.get_legend_handles_labels()[0]
-    if len(found.values) >= NEAREST:
+    if len(pose_values.values) >= NEAREST:
         class_legend(
-            figure, limits, f"{found.what} [{found.unit}], mean of the nearest poses", extra
+            figure,
+            limits,
+            f"{pose_values.what} [{pose_values.unit}], mean of the nearest poses",
+            extra,
         )
     else:
         class_legend(
             figure,
             limits,
-            f"too few poses for {found.what}",
+            f"too few poses for {pose_values.what}",
             [swatch("reachable", LIGHT["line"]), *extra],
         )
     return figure

@@ -355,9 +355,9 @@ def length(
     return Cell(value, unit_of_length(value), low, high, samples, stated=stated)
 
 
-def cell(found: Estimate, unit: str, samples: str = "") -> Cell:
+def cell(estimate: Estimate, unit: str, samples: str = "") -> Cell:
     """Return an estimate in this SI unit, shown in the unit in which people read it."""
-    return Cell(found.value, suited(found.value, unit), found.low, found.high, samples)
+    return Cell(estimate.value, suited(estimate.value, unit), estimate.low, estimate.high, samples)
 
 
 def in_one_unit(lengths: Sequence[Cell]) -> list[Cell]:

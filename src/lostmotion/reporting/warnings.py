@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
 
-def overload_warnings(found: Iterable[Overload]) -> tuple[str, ...]:
+def overload_warnings(overloaded: Iterable[Overload]) -> tuple[str, ...]:
     """Return one sentence per overloaded drive, for the first screen."""
     return tuple(
         f"joint {each.joint} is overloaded: it holds up to {Cell(each.held, each.unit)} "
         f"standing still (worst of {several(each.poses, 'pose')}), "
         f"rated {Cell(each.rated, each.unit, stated=True)}; every figure assumes that the "
         "drive holds"
-        for each in found
+        for each in overloaded
     )
 
 

@@ -127,13 +127,13 @@ class Replay:
         return out
 
     @classmethod
-    def _of(cls, store: Store, found: Worst) -> Self:
+    def _of(cls, store: Store, worst: Worst) -> Self:
         order = store.order
-        first, _ = order.span(found.block)
-        row = found.pose - first
-        matrix = matrix_of(order, found.design, found.block)
+        first, _ = order.span(worst.block)
+        row = worst.pose - first
+        matrix = matrix_of(order, worst.design, worst.block)
         draws = exact.draws_of(
-            matrix, row, order.seed, found.pose, np.array([found.robot]), np.array([found.visit])
+            matrix, row, order.seed, worst.pose, np.array([worst.robot]), np.array([worst.visit])
         )
         shifts = matrix.tool[row, 3:] * draws[:, 0]
         error = shifts.sum(axis=1)
@@ -160,16 +160,16 @@ class Replay:
                     )
                 )
         theirs, mine = order.made_with, made_with()
-        arm = design_of(order, found.design).arm
+        arm = design_of(order, worst.design).arm
         return cls(
             store,
-            order.read(found.design).name,
-            found,
+            order.read(worst.design).name,
+            worst,
             tuple((joint.name, joint.type) for joint in arm.driven),
             matrix.state.commanded[-1, row],
             error,
             exact.compose(matrix, np.array([row]), draws[None])[0, 0],
-            float(compute(order, found.design, found.block).poses[row, _LARGEST]),
+            float(compute(order, worst.design, worst.block).poses[row, _LARGEST]),
             tuple(
                 f"{name} {theirs.get(name)} there, {mine[name]} here"
                 for name in mine

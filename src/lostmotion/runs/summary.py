@@ -294,10 +294,10 @@ def _spread(counts: np.ndarray) -> tuple[Floats, Floats]:
     return np.asarray(edges[at]), np.asarray(below[at] / below[-1])
 
 
-def with_pose(order: Order, found: Worst) -> Worst:
+def with_pose(order: Order, worst: Worst) -> Worst:
     """Look the joint values of an extreme up."""
-    q = poses_of(order, found.design, found.pose, found.pose + 1)[0]
-    return Worst(found.design, found.block, found.pose, found.robot, found.visit, found.error, q)
+    q = poses_of(order, worst.design, worst.pose, worst.pose + 1)[0]
+    return Worst(worst.design, worst.block, worst.pose, worst.robot, worst.visit, worst.error, q)
 
 
 def _some_poses(order: Order, design: int) -> Floats:

@@ -322,14 +322,14 @@ def _readme(
     )
 
 
-def _left(found: Remainder) -> str:
+def _left(left_over: Remainder) -> str:
     """Return the shares that remain as cells of a table."""
-    shares = (found.median, found.percentile95, found.worst)
+    shares = (left_over.median, left_over.percentile95, left_over.worst)
     return (
         " | ".join(
             f"{100 * share:.2g} %" if share >= _LEAST_SHARE else "below 0.001 %" for share in shares
         )
-        if found.poses
+        if left_over.poses
         else "none | none | none"
     )
 

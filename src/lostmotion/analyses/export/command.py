@@ -67,26 +67,26 @@ _LargestPayload: TypeAlias = Annotated[
 ]
 
 
-def _input_in_words(found: dict[str, Any]) -> list[str]:
+def _input_in_words(written: dict[str, Any]) -> list[str]:
     """Return the lines about the input of any export: its hash and the remarks."""
     return [
-        f"SHA-256 of the input: {found['sha256'][:16]}…",
-        *(f"note: {each}" for each in found["remarks"]),
+        f"SHA-256 of the input: {written['sha256'][:16]}…",
+        *(f"note: {each}" for each in written["remarks"]),
     ]
 
 
-def _c_in_words(found: dict[str, Any]) -> str:
+def _c_in_words(written: dict[str, Any]) -> str:
     """Return what was written as C source, and how it is built."""
     from lostmotion.reporting.sheet import several
 
-    folder = found["folder"]
+    folder = written["folder"]
     return "\n".join(
         [
             (
-                f"C source of a model with {several(len(found['joints']), 'joint')}, "
-                f"{several(len(found['files']), 'file')}."
+                f"C source of a model with {several(len(written['joints']), 'joint')}, "
+                f"{several(len(written['files']), 'file')}."
             ),
-            *_input_in_words(found),
+            *_input_in_words(written),
             "Build and test:",
             f"  cmake -S {folder} -B build && cmake --build build && ctest --test-dir build",
             f"Folder: {folder}   begin with its README.md.",
@@ -94,27 +94,27 @@ def _c_in_words(found: dict[str, Any]) -> str:
     )
 
 
-def _ros2_in_words(found: dict[str, Any]) -> str:
+def _ros2_in_words(written: dict[str, Any]) -> str:
     """Return what was written as a package for ROS 2, and how it is started."""
     return "\n".join(
         [
-            f"Package {found['package']} for ROS 2, joints {', '.join(found['joints'])}.",
-            *_input_in_words(found),
+            f"Package {written['package']} for ROS 2, joints {', '.join(written['joints'])}.",
+            *_input_in_words(written),
             "Build and start, in a workspace:",
-            f"  colcon build && ros2 launch {found['package']} compensation.launch.py",
-            f"Folder: {found['folder']}   begin with its README.md.",
+            f"  colcon build && ros2 launch {written['package']} compensation.launch.py",
+            f"Folder: {written['folder']}   begin with its README.md.",
         ]
     )
 
 
-def _fmu_in_words(found: dict[str, Any]) -> str:
+def _fmu_in_words(written: dict[str, Any]) -> str:
     """Return what was written as an FMU."""
-    library = found["library"]
+    library = written["library"]
     return "\n".join(
         [
-            f"FMU for co-simulation, FMI {found['version']}, library: {library}.",
-            *_input_in_words(found),
-            f"File: {found['fmu']}",
+            f"FMU for co-simulation, FMI {written['version']}, library: {library}.",
+            *_input_in_words(written),
+            f"File: {written['fmu']}",
         ]
     )
 

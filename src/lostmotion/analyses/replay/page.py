@@ -55,39 +55,39 @@ class Replayed(Replay, Result):
         )
 
 
-def _sheet(found: Replay) -> Sheet:
-    at, order = found.found, found.store.order
+def _sheet(replay: Replay) -> Sheet:
+    at, order = replay.found, replay.store.order
     where = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (
         f", {design_name(order.axes, at.design)}" if order.axes else ""
     )
     same = (
         "identical"
-        if found.kernel == at.error
-        else f"differs by {abs(found.kernel - at.error):.1e} m"
+        if replay.kernel == at.error
+        else f"differs by {abs(replay.kernel - at.error):.1e} m"
     )
     notes = (
         (
             (
                 "the store was made with other versions, the last bits may differ: "
-                f"{', '.join(found.others)}"
+                f"{', '.join(replay.others)}"
             ),
         )
-        if found.others
+        if replay.others
         else ()
     )
     pose = [
         (joint, Cell(value, "°" if kind == "revolute" else "mm", stated=True))
-        for (joint, kind), value in zip(found.joints, at.q, strict=True)
+        for (joint, kind), value in zip(replay.joints, at.q, strict=True)
     ]
     tool = [
-        (axis, length(float(found.tool[k, 3]), stated=True), found.error[k])
+        (axis, length(float(replay.tool[k, 3]), stated=True), replay.error[k])
         for k, axis in enumerate("XYZ")
     ]
-    composed = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
+    composed = float(math.dist(replay.exact[:3, 3], replay.tool[:3, 3]))
     lengths = (
         ("stored", at.error, "from the run"),
-        ("block recomputed", found.kernel, same),
-        ("sum over terms", found.length, f"relative difference {found.apart:.1e}"),
+        ("block recomputed", replay.kernel, same),
+        ("sum over terms", replay.length, f"relative difference {replay.apart:.1e}"),
         (
             "exact composition",
             composed,
@@ -96,14 +96,14 @@ def _sheet(found: Replay) -> Sheet:
     )
     columns = {"nominal": "m", "error": "m"}
     return Sheet(
-        name=found.arm,
+        name=replay.arm,
         subject="one of the largest errors, replayed",
-        verdict=_verdict(found, where) if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
+        verdict=_verdict(replay, where) if replay.reproduced else f"{_NOT_REPRODUCED} {where}.",
         sections=(
             table("length", "Magnitude of the error", ("value",), lengths, unit="m"),
             table("pose", "Joint values", ("value",), pose),
-            table("tool", "Tool position, base frame", columns, tool, _attitude(found)),
-            *_terms(found),
+            table("tool", "Tool position, base frame", columns, tool, _attitude(replay)),
+            *_terms(replay),
         ),
         counts=where,
         notes=notes,
@@ -113,40 +113,40 @@ def _sheet(found: Replay) -> Sheet:
             **at.facts(),
             "design": at.design,
             "stated": order.stated(at.design),
-            "replayed_m": found.length,
-            "same_bits": found.kernel == at.error,
-            "reproduced": found.reproduced,
-            **provenance_facts(found.known),
+            "replayed_m": replay.length,
+            "same_bits": replay.kernel == at.error,
+            "reproduced": replay.reproduced,
+            **provenance_facts(replay.known),
         },
     )
 
 
-def _verdict(found: Replay, where: str) -> str:
-    error = at_least(length(found.found.error), found.known)
+def _verdict(replay: Replay, where: str) -> str:
+    error = at_least(length(replay.found.error), replay.known)
     return " ".join(
-        [f"An error of {error}: {where}.{_largest(found)}", *missing_sentences(found.known)]
+        [f"An error of {error}: {where}.{_largest(replay)}", *missing_sentences(replay.known)]
     )
 
 
-def _largest(found: Replay) -> str:
+def _largest(replay: Replay) -> str:
     """Return the sentence, after a space, that names the terms with the largest component along the
     error, which are the first ones.
     """
     named = [
         f"{short_name(term.name)} {length(term.along)}"
-        for term in found.terms[:_NAMED]
-        if abs(term.along) >= _LEAST_TERM * found.length
+        for term in replay.terms[:_NAMED]
+        if abs(term.along) >= _LEAST_TERM * replay.length
     ]
     if not named:
         return ""
     return (
-        f" Largest along it, of {several(len(found.terms), 'term')}: {', '.join(named)}; all with "
+        f" Largest along it, of {several(len(replay.terms), 'term')}: {', '.join(named)}; all with "
         "--full."
     )
 
 
-def _attitude(found: Replay) -> str:
-    turn = found.tool[:3, :3]
+def _attitude(replay: Replay) -> str:
+    turn = replay.tool[:3, :3]
     yaw, pitch, roll = (
         math.atan2(turn[1, 0], turn[0, 0]),
         math.atan2(-turn[2, 0], math.hypot(turn[2, 1], turn[2, 2])),
@@ -158,24 +158,26 @@ def _attitude(found: Replay) -> str:
     )
 
 
-def _terms(found: Replay) -> list[Section]:
+def _terms(replay: Replay) -> list[Section]:
     """Return the largest terms by level: draw and contribution to the magnitude; then the
     displacement of the tool by each.
     """
     shown = [
-        term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length
+        term
+        for term in replay.terms[:_MOST_TERMS]
+        if abs(term.along) >= _LEAST_TERM * replay.length
     ]
     out, moves = [], []
     for key, (title, levels) in _LEVELS.items():
         rows = []
         for term in (term for term in shown if term.level in levels):
             name = short_name(term.name)
-            rows.append((name, term.draw, term.along, _share(term.along, found)))
+            rows.append((name, term.draw, term.along, _share(term.along, replay)))
             moves.append((name, *term.shift))
         if rows:
-            whole = sum(term.along for term in found.terms if term.level in levels)
+            whole = sum(term.along for term in replay.terms if term.level in levels)
             note = (
-                f"together {digits(whole * 1e6)} µm, {Cell(_share(whole, found), '%')} of the "
+                f"together {digits(whole * 1e6)} µm, {Cell(_share(whole, replay), '%')} of the "
                 "magnitude"
             )
             columns = {"draw": "1", "along": "µm", "share": "%"}
@@ -184,7 +186,7 @@ def _terms(found: Replay) -> list[Section]:
         "along, above: component along the total error, so that all terms add up to its "
         "magnitude; draws have mean 0 and variance 1"
     )
-    rest = found.terms[len(shown) :]
+    rest = replay.terms[len(shown) :]
     if rest:
         together = digits(sum(term.along for term in rest) * 1e6)
         note += (
@@ -195,8 +197,8 @@ def _terms(found: Replay) -> list[Section]:
     return [*out, table("moves", title, ("X", "Y", "Z"), moves, note, unit="µm")]
 
 
-def _share(along: float, found: Replay) -> float:
-    return along / found.length if found.length else 0.0
+def _share(along: float, replay: Replay) -> float:
+    return along / replay.length if replay.length else 0.0
 
 
 # Section -> its title and the levels of chance of its terms.

@@ -227,22 +227,22 @@ def _check(program: Program, seed: int, robots: int, runs: int) -> ExactCheck:
     return exact.check(matrix, 0, rows, seed, robots, runs)
 
 
-def _outcome(program: Program, found: Judged, k: int) -> ToleranceOutcome:
-    used = found.used[k]
+def _outcome(program: Program, tolerances: Judged, k: int) -> ToleranceOutcome:
+    used = tolerances.used[k]
     value = float(np.quantile(used, LEVEL))
     # Woodruff's interval: the quantiles at the ends of that of the share below.
     ends = clustered_share((used <= value).mean(axis=1), used.shape[1])
     low, high = (math.nan if math.isnan(end) else float(np.quantile(used, end)) for end in ends)
     spread = Estimate(value, min(low, value), max(high, value), unit="1")
-    place = int(program.measures[k].outputs[worst_output(found, k)])
+    place = int(program.measures[k].outputs[worst_output(tolerances, k)])
     return ToleranceOutcome(program.task.tolerances[k], share_of(used <= 1), spread, place)
 
 
-def _by_feature(program: Program, found: Judged) -> dict[str, Estimate]:
+def _by_feature(program: Program, tolerances: Judged) -> dict[str, Estimate]:
     """Return the probability that all tolerances of a feature hold, by its name."""
     out = {}
     for number, each in enumerate(program.features):
         own = [k for k, t in enumerate(program.task.tolerances) if number in t.features]
         if own:
-            out[each.name] = share_of(np.asarray((found.used[own] <= 1).all(axis=0)))
+            out[each.name] = share_of(np.asarray((tolerances.used[own] <= 1).all(axis=0)))
     return out

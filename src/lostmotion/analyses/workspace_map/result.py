@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
+def map_dataset(accuracy_map: WorkspaceMap) -> xarray.Dataset:
     """Return an accuracy map cell by cell, in SI, with units and long names; NaN where the tool
     does not reach.
     """
     import xarray
 
-    grid, reached = found.reached.grid, found.reached
+    grid, reached = accuracy_map.reached.grid, accuracy_map.reached
     space = ("x", "y", "z")
-    share = f"{100 * found.level:.6g} %"
+    share = f"{100 * accuracy_map.level:.6g} %"
     data: dict[str, object] = {}
     for k, by in enumerate(CONFIGURATIONS):
         configuration = "mean over the configurations" if by == "mean" else f"{by} configuration"
@@ -40,7 +40,7 @@ def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
         ):
             data[f"{name}_{by}"] = (
                 space,
-                found.errors[measure, k],
+                accuracy_map.errors[measure, k],
                 {"units": "m", "long_name": f"{text}, {configuration} in the cell"},
             )
     data["configurations"] = (
@@ -54,19 +54,22 @@ def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
             reached.centre,
             "1 where the cell centre is in reach: the errors are those there",
         ),
-        ("uncertain", found.uncertain, "1 where no pose has both figures to 5 %"),
+        ("uncertain", accuracy_map.uncertain, "1 where no pose has both figures to 5 %"),
     ]
-    if found.within_target is not None:
+    if accuracy_map.within_target is not None:
         flags.append(
             (
                 "within_target",
-                found.within_target.cells,
-                f"1 where error_quantile_{found.by} is within {found.within_target.target:.6g} m",
+                accuracy_map.within_target.cells,
+                (
+                    f"1 where error_quantile_{accuracy_map.by} is within "
+                    f"{accuracy_map.within_target.target:.6g} m"
+                ),
             )
         )
-    if found.placements is not None:
+    if accuracy_map.placements is not None:
         place = np.zeros(grid.shape, np.int8)
-        for number, box in enumerate(found.placements.best, start=1):
+        for number, box in enumerate(accuracy_map.placements.best, start=1):
             place.ravel()[box.cells] = number
         flags.append(
             ("place", place, "rank of the placement of the box that the cell belongs to; 0 none")
@@ -82,11 +85,11 @@ def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
         for k, axis in enumerate(space)
     }
     attributes = {
-        "arm": found.arm.name,
-        "seed": str(found.seed),
+        "arm": accuracy_map.arm.name,
+        "seed": str(accuracy_map.seed),
         "cell": grid.edge,
-        "level": found.level,
-        "by": found.by,
+        "level": accuracy_map.level,
+        "by": accuracy_map.by,
     }
     return xarray.Dataset(data, coordinates, attributes)
 

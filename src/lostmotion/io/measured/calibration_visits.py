@@ -162,14 +162,14 @@ def _joined_readings(parts: Sequence[Readings]) -> Readings | None:
     return parts[0]._replace(value=value, target=targets)
 
 
-def _payloads(found: Sequence[CalibrationVisits], arm: Arm) -> Floats | None:
+def _payloads(visits: Sequence[CalibrationVisits], arm: Arm) -> Floats | None:
     """Return the payload at each visit (visit,), kg: that of the arm's file where none is stated;
     None where none is stated at all.
     """
-    if all(each.payload is None for each in found):
+    if all(each.payload is None for each in visits):
         return None
     own = arm.payload.mass or 0.0
-    parts = [np.full(len(each), own) if each.payload is None else each.payload for each in found]
+    parts = [np.full(len(each), own) if each.payload is None else each.payload for each in visits]
     return np.concatenate(parts)
 
 

@@ -216,10 +216,12 @@ def _contains_any(points: Floats, centre: Floats, half: float) -> bool:
     return bool((np.abs(points - centre) <= half).all(axis=1).any())
 
 
-def _reduced(arm: Arm, found: Candidate, resolution: float, text: str) -> Cube:
+def _reduced(arm: Arm, candidate: Candidate, resolution: float, text: str) -> Cube:
     """Return the cube reduced about its centre until all its check points are reached."""
     for share in _SHRUNK ** np.arange(_TRIES):
-        tried = Candidate(found.side * float(share), found.centre, found.start, found.orientation)
+        tried = Candidate(
+            candidate.side * float(share), candidate.centre, candidate.start, candidate.orientation
+        )
         cube = verified_cube(arm, tried, resolution, text)
         if cube is not None:
             return cube

@@ -365,11 +365,11 @@ def _doubled(count: int, most: int) -> Iterator[int]:
         yield count
 
 
-def watched(found: Sampled, approach: float = 0.0) -> dict[str, Watched]:
+def watched(sampled: Sampled, approach: float = 0.0) -> dict[str, Watched]:
     """Return the figures that the stopping rule tests by key: those that declare a spread.
     `approach` of the joints names RP.
     """
-    errors = Drawn.of(found, approach=approach)
+    errors = Drawn.of(sampled, approach=approach)
     out = {}
     for key, figure in figures_of(errors).items():
         if figure.spread is not None:

@@ -251,9 +251,9 @@ def _verdict(answer: Answer, known: States, overloaded: Sequence[Overload]) -> s
     return headline(within, bands_clause(answer.bands, answer.figures), remedy, known, overloaded)
 
 
-def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
+def _in_zones(tables: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
     """Return each zone with the row of its 95th percentile."""
-    rows = ((zone, row_at(found, f"zone_{k}", HEADLINE)) for k, zone in enumerate(answer.zones, 1))
+    rows = ((zone, row_at(tables, f"zone_{k}", HEADLINE)) for k, zone in enumerate(answer.zones, 1))
     return [(zone, row) for zone, row in rows if row is not None]
 
 
@@ -271,16 +271,16 @@ def _zone_facts(answer: Answer) -> dict[str, Any]:
     return {"zones": found} if found else {}
 
 
-def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
+def _cards(tables: Sequence[Section], answer: Answer) -> list[Card]:
     """Return the main figures and the 95th percentile of each zone, each with its interval."""
     cards = [
         with_band(card, answer.bands, answer.figures)
-        for card in first_cards(found, figures_of(answer.errors).values())
+        for card in first_cards(tables, figures_of(answer.errors).values())
     ]
-    reach = row_at(found, "workspace", "reach_from_the_base")
+    reach = row_at(tables, "workspace", "reach_from_the_base")
     if reach is not None and reach.cells[0].value:
         cards.append(Card(reach.label, str(reach.cells[0]), reach.note))
-    parts = next((section.rows for section in found if section.key == "budget"), ())
+    parts = next((section.rows for section in tables if section.key == "budget"), ())
     if parts:
         cards.append(
             Card(
@@ -289,7 +289,7 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
                 parts[0].label,
             )
         )
-    for zone, row in _in_zones(found, answer):
+    for zone, row in _in_zones(tables, answer):
         figure = row.cells[0]
         cards.append(
             Card(
@@ -303,12 +303,12 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
     return cards
 
 
-def first_cards(found: Sequence[Section], figures: Iterable[Figure]) -> list[Card]:
+def first_cards(tables: Sequence[Section], figures: Iterable[Figure]) -> list[Card]:
     """Return the cards of the figures that are asked for first, of those that are not zero: where
     nothing described errs so, zero is not a prediction.
     """
     chosen = sorted((each for each in figures if each.first), key=lambda of: of.key != HEADLINE)
-    rows = ((each, row_at(found, each.group, each.key)) for each in chosen)
+    rows = ((each, row_at(tables, each.group, each.key)) for each in chosen)
     return [
         Card(
             each.title,

@@ -104,7 +104,7 @@ _WORDS: Final = (
 def analytic_sheet(  # noqa: PLR0913 - what one study found
     arm: Arm,
     poses: Poses,
-    found: Analytic,
+    analytic: Analytic,
     errors: Summed,
     blame: Budget,
     places: Sequence[Budget] = (),
@@ -120,7 +120,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     r.m.s. error that each
     remedy leaves (`remaining_rms`), m. approach: the sign of the joints' last motion.
     """
-    section = analytic_section(arm, poses, found, errors)
+    section = analytic_section(arm, poses, analytic, errors)
     known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [
@@ -176,7 +176,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *bounded_bars(rms_bars(remedied, len(poses)), known, ("remedies",)),
         ),
         about=about_arm(arm),
-        brief=_brief(arm, poses, found, found_in, known),
+        brief=_brief(arm, poses, analytic, found_in, known),
     )
 
 
@@ -201,7 +201,7 @@ def _verdict(
 
 
 def _brief(
-    arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Cell], known: States
+    arm: Arm, poses: Poses, analytic: Analytic, found_in: dict[str, Cell], known: States
 ) -> tuple[tuple[str, str], ...]:
     """Return the statements of the first screen besides the headline."""
     out = []
@@ -218,7 +218,7 @@ def _brief(
                     ),
                 )
             )
-    out += [("Where", where(arm, poses.q, found.mean, known, rounding(arm))), *trust(known)]
+    out += [("Where", where(arm, poses.q, analytic.mean, known, rounding(arm))), *trust(known)]
     return tuple((word, text) for word, text in out if text)
 
 
@@ -282,7 +282,7 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
 
 
 def analytic_section(
-    arm: Arm, poses: Poses, found: Analytic, errors: Summed, where: str = ""
+    arm: Arm, poses: Poses, analytic: Analytic, errors: Summed, where: str = ""
 ) -> Section:
     """Return mean and quantiles over all poses and at the worst one, limits, and how many poses are
     valid. `where` follows the number of poses.
@@ -294,14 +294,14 @@ def analytic_section(
             for key, each in figures_of(errors).items()
             if each.group == "error"
         ),
-        *_worst_pose(arm, poses, found),
+        *_worst_pose(arm, poses, analytic),
     ]
     normal, valid = (
         Cell(float(each.mean()), "%", samples=counted)
-        for each in (found.nearly_normal, found.valid)
+        for each in (analytic.nearly_normal, analytic.valid)
     )
     rows += [
-        *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
+        *limit_rows(arm, float(analytic.rss.max()), float(analytic.worst.max()), counted),
         Row(
             "poses with a nearly normal error",
             (normal,),
@@ -310,7 +310,7 @@ def analytic_section(
         Row("poses with every figure to 5 %", (valid,), "at the others a level falls into a gap"),
         Row(
             "excess, median pose",
-            (Cell(float(np.median(found.excess)), "1", samples=counted),),
+            (Cell(float(np.median(analytic.excess)), "1", samples=counted),),
             "0 if normal, less if flat or two-sided",
         ),
     ]
@@ -322,21 +322,21 @@ def analytic_section(
     return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
 
 
-def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
-    at = int(np.argmax(found.mean))
+def _worst_pose(arm: Arm, poses: Poses, analytic: Analytic) -> list[Row]:
+    at = int(np.argmax(analytic.mean))
     here = f"pose {at}"
     where = f"{here}, {joint_values(arm, poses.q[at])}"
     figures = (
-        ("mean", found.mean, found.mean_uncertainty, where),
-        ("standard deviation", found.deviation, found.deviation_uncertainty, ""),
+        ("mean", analytic.mean, analytic.mean_uncertainty, where),
+        ("standard deviation", analytic.deviation, analytic.deviation_uncertainty, ""),
         *(
             (
                 percentile(level).name,
-                found.quantiles[:, k],
-                found.quantiles_uncertainty[:, k],
+                analytic.quantiles[:, k],
+                analytic.quantiles_uncertainty[:, k],
                 "",
             )
-            for k, level in enumerate(found.levels)
+            for k, level in enumerate(analytic.levels)
         ),
     )
     return [

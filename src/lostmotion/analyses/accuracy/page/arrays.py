@@ -203,24 +203,24 @@ def dataset(answer: Answer) -> xarray.Dataset:
 
 
 def analytic_dataset(
-    arm: Arm, poses: Poses, found: Analytic, zones: Sequence[FoundInZone] = ()
+    arm: Arm, poses: Poses, analytic: Analytic, zones: Sequence[FoundInZone] = ()
 ) -> xarray.Dataset:
     """Return the figures without sampling of every pose, in SI, with units and long names, each
     with its uncertainty.
     """
     import xarray
 
-    data = {**_visited(arm, poses, tool_points(arm, poses.q)), **_summed(found)}
+    data = {**_visited(arm, poses, tool_points(arm, poses.q)), **_summed(analytic)}
     for k, zone in enumerate(zones, start=1):
         if zone.analytic is not None:
             data |= _of_zone(analytic_dataset(arm, zone.poses, zone.analytic), f"zone_{k}")
     attributes = {"arm": arm.name, "pose_law": poses.law, **_zone_attributes(zones)}
     return xarray.Dataset(
-        data, {**_axes(arm), "with_axis": list("xyz"), "level": list(found.levels)}, attributes
+        data, {**_axes(arm), "with_axis": list("xyz"), "level": list(analytic.levels)}, attributes
     )
 
 
-def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
+def _summed(analytic: Analytic, prefix: str = "") -> dict[str, Any]:
     """Return the error at every pose by sums over terms, each figure with its uncertainty. `prefix`
     goes before every name.
     """
@@ -228,20 +228,20 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
     figures = {
         "error_mean": (
             "pose",
-            found.mean,
-            found.mean_uncertainty,
+            analytic.mean,
+            analytic.mean_uncertainty,
             "mean position error over robots and visits",
         ),
         "error_standard_deviation": (
             "pose",
-            found.deviation,
-            found.deviation_uncertainty,
+            analytic.deviation,
+            analytic.deviation_uncertainty,
             "standard deviation of the position error",
         ),
         "error_quantile": (
             shares,
-            found.quantiles,
-            found.quantiles_uncertainty,
+            analytic.quantiles,
+            analytic.quantiles_uncertainty,
             "position error not exceeded by this share of errors",
         ),
     }
@@ -255,27 +255,32 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
     data |= {
         "error_rms": (
             "pose",
-            np.sqrt(found.mean_square),
+            np.sqrt(analytic.mean_square),
             "m",
             "root mean square position error, exact sum over terms",
         ),
-        "bias": (sides, found.bias, "m", "mean vector of the error, base frame"),
+        "bias": (sides, analytic.bias, "m", "mean vector of the error, base frame"),
         "covariance": (
             (*sides, "with_axis"),
-            found.covariance,
+            analytic.covariance,
             "m^2",
             "covariance of the error, base frame",
         ),
         "worst_case": (
             "pose",
-            found.worst,
+            analytic.worst,
             "m",
             "bound: everything at its limit at once; infinite where an error has no limits",
         ),
-        "root_sum_square": ("pose", found.rss, "m", "|bias| + root of the sum of squared limits"),
+        "root_sum_square": (
+            "pose",
+            analytic.rss,
+            "m",
+            "|bias| + root of the sum of squared limits",
+        ),
         "excess": (
             "pose",
-            found.excess,
+            analytic.excess,
             "1",
             (
                 "mean fourth power of the scatter against a normal vector's: 0 normal, less flat "
@@ -284,7 +289,7 @@ def _summed(found: Analytic, prefix: str = "") -> dict[str, Any]:
         ),
         "nearly_normal": (
             "pose",
-            found.nearly_normal.astype(np.int8),
+            analytic.nearly_normal.astype(np.int8),
             "1",
             "1 where the figures are of a nearly normal error, 0 where by Sobol points",
         ),

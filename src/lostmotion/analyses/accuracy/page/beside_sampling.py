@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 UNKNOWN: Final = "uncertain by more than 5 %: use Monte Carlo"
 
 
-def comparisons(found: Analytic, summed: Summed, sampled: Sampled) -> tuple[Section, Section]:
+def comparisons(analytic: Analytic, summed: Summed, sampled: Sampled) -> tuple[Section, Section]:
     """Return the differences between both routes over all poses, and at each pose, in half-widths
     of Monte Carlo's interval.
     """
-    return _over_all(summed, sampled), _at_each(found, sampled)
+    return _over_all(summed, sampled), _at_each(analytic, sampled)
 
 
 def _over_all(summed: Summed, sampled: Sampled) -> Section:
@@ -72,19 +72,21 @@ def _over_all(summed: Summed, sampled: Sampled) -> Section:
     )
 
 
-def _at_each(found: Analytic, sampled: Sampled) -> Section:
+def _at_each(analytic: Analytic, sampled: Sampled) -> Section:
     table = sampled.per_pose
     quantiles = np.where(
-        found.quantiles_uncertainty <= MOST_UNCERTAIN * found.quantiles, found.quantiles, np.nan
+        analytic.quantiles_uncertainty <= MOST_UNCERTAIN * analytic.quantiles,
+        analytic.quantiles,
+        np.nan,
     )
-    rows = [_apart("mean", found.mean, table[:, kernel.MEAN], table[:, kernel.MEAN_ERROR])]
+    rows = [_apart("mean", analytic.mean, table[:, kernel.MEAN], table[:, kernel.MEAN_ERROR])]
     for k, level in enumerate(kernel.QUANTILES):
-        if level in found.levels:
+        if level in analytic.levels:
             value, low, high = (table[:, kernel.FIRST_QUANTILE + 3 * k + c] for c in range(3))
             rows.append(
                 _apart(
                     f"{100 * level:.4g}th percentile",
-                    quantiles[:, found.levels.index(level)],
+                    quantiles[:, analytic.levels.index(level)],
                     value,
                     (high - low) / 2,
                 )

@@ -23,9 +23,9 @@ _CANCELLING: Final = "cancels part of the others"
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
-def levels_section(found: Budget) -> Section:
+def levels_section(budget: Budget) -> Section:
     """Return the mean-square error by level, and what remedies leave."""
-    counted = f"exact sum over terms, {several(found.poses, 'pose')}"
+    counted = f"exact sum over terms, {several(budget.poses, 'pose')}"
     names = (
         ("from load and pose", REMEDIES[0]),
         ("from the manufacture of each robot", REMEDIES[1]),
@@ -38,16 +38,16 @@ def levels_section(found: Budget) -> Section:
         ("all together", (0, 1, 2), ""),
         ("left after compensation of load and pose", (1, 2), ""),
     ]
-    rms = in_one_unit([_rms(found, levels, counted) for _, levels, _ in lines])
+    rms = in_one_unit([_rms(budget, levels, counted) for _, levels, _ in lines])
     shares = [
-        Cell(sum(found.levels[level] for level in levels), "%", samples=counted)
+        Cell(sum(budget.levels[level] for level in levels), "%", samples=counted)
         for _, levels, _ in lines
     ]
     rows = [
         Row(label, (size, share), note)
         for (label, _, note), size, share in zip(lines, rms, shares, strict=True)
     ]
-    note = INTERVAL_OF_POSES if len(found.of_sets) > 1 else ""
+    note = INTERVAL_OF_POSES if len(budget.of_sets) > 1 else ""
     return Section(
         "levels",
         "What can be compensated",
@@ -57,8 +57,8 @@ def levels_section(found: Budget) -> Section:
     )
 
 
-def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> Cell:
-    rms = found.rms_interval(*levels)
+def _rms(budget: Budget, levels: tuple[int, ...], counted: str) -> Cell:
+    rms = budget.rms_interval(*levels)
     return length(rms.value, rms.low, rms.high, counted)
 
 
@@ -97,7 +97,7 @@ def causes_section(answer: Answer) -> Section:
 
 
 def _halved_rows(
-    found: Sequence[Cost], gains: Sequence[Estimate], poses: int, halving: Halving
+    contributions: Sequence[Cost], gains: Sequence[Estimate], poses: int, halving: Halving
 ) -> tuple[Row, ...]:
     """Return a row for each contributor: its error alone, its share, and what halving it takes
     off.
@@ -106,7 +106,7 @@ def _halved_rows(
         f"exact sum over terms, {several(poses, 'pose')}",
         f"{halving.samples} paired samples",
     )
-    alone = in_one_unit([length(cost.alone, samples=exact) for cost in found])
+    alone = in_one_unit([length(cost.alone, samples=exact) for cost in contributions])
     taken = in_one_unit([_gain(gain, counted) for gain in gains])
     return tuple(
         Row(
@@ -114,15 +114,15 @@ def _halved_rows(
             (size, Cell(cost.share, "%", samples=exact), off),
             _CANCELLING if cost.share < _CANCELS else "",
         )
-        for cost, size, off in zip(found, alone, taken, strict=True)
+        for cost, size, off in zip(contributions, alone, taken, strict=True)
     )
 
 
-def by_level_sections(found: Budget) -> list[Section]:
+def by_level_sections(budget: Budget) -> list[Section]:
     """Return the shares of parts and of kinds of error, split by level."""
     return [
-        _crossed("budget_levels", "Parts by origin of their error", found.parts, found),
-        _crossed("causes_levels", "Kinds of error by origin", found.causes, found),
+        _crossed("budget_levels", "Parts by origin of their error", budget.parts, budget),
+        _crossed("causes_levels", "Kinds of error by origin", budget.causes, budget),
     ]
 
 
@@ -147,18 +147,18 @@ def requested_sections(budgets: Sequence[Budget]) -> list[Section]:
     return out
 
 
-def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
+def halved_sections(key: str, title: str, budget: Budget) -> list[Section]:
     """Return the effect of halving each part and each kind of error there; nothing where that was
     not asked or no error is described.
     """
-    halving = found.halving
-    if halving is None or not any(cost.alone > 0 for cost in found.parts):
+    halving = budget.halving
+    if halving is None or not any(cost.alone > 0 for cost in budget.parts):
         return []
     counted = f"{halving.samples} paired samples"
     rows = []
     for erring, gains, everywhere in (
-        (found.parts, halving.gains, ""),
-        (found.causes, halving.causes, ", at every joint"),
+        (budget.parts, halving.gains, ""),
+        (budget.causes, halving.causes, ", at every joint"),
     ):
         kept = [
             (gains[cost.part], short_name(cost.part) + everywhere)
@@ -178,9 +178,9 @@ def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
     return [Section(key, title, ("taken off",), tuple(rows), note)]
 
 
-def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:
+def _crossed(key: str, title: str, contributions: Sequence[Cost], of: Budget) -> Section:
     exact = f"exact sum over terms, {several(of.poses, 'pose')}"
-    erring = [cost for cost in found if cost.alone > 0]
+    erring = [cost for cost in contributions if cost.alone > 0]
     *alone, together = in_one_unit(
         [length(size, samples=exact) for size in (*(cost.alone for cost in erring), of.rms)]
     )
@@ -188,9 +188,10 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
         Row(short_name(cost.part), (size, *_shares(cost, exact)))
         for cost, size in zip(erring, alone, strict=True)
     ]
-    whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
+    whole = [sum(cost.levels[k] for cost in contributions) for k in range(3)]
     shares = (
-        Cell(share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole)
+        Cell(share, "%", samples=exact)
+        for share in (sum(cost.share for cost in contributions), *whole)
     )
     rows.append(Row("all together", (together, *shares)))
     return Section(

@@ -56,17 +56,17 @@ _NANOMETRE: Final = 1e-9
 
 
 def brief_of(
-    found: Sequence[Section], answer: Answer, known: States, shown: Callable[[Cell], Cell]
+    sections: Sequence[Section], answer: Answer, known: States, shown: Callable[[Cell], Cell]
 ) -> tuple[tuple[str, str], ...]:
     """Return the statements of a study by Monte Carlo, each a word and a sentence or two; `shown`
     rounds their figures.
     """
     out = [
-        ("RP", repeatability_statement(found, answer.repeats, answer.arm, known, shown)),
-        ("Target", _within_target(found, answer, known)),
+        ("RP", repeatability_statement(sections, answer.repeats, answer.arm, known, shown)),
+        ("Target", _within_target(sections, answer, known)),
     ]
     for k, zone in enumerate(answer.zones, 1):
-        row = row_at(found, f"zone_{k}", HEADLINE)
+        row = row_at(sections, f"zone_{k}", HEADLINE)
         out += (
             [("Zone", zone_sentence(zone.name, shown(row.cells[0]), known))]
             if row is not None
@@ -103,9 +103,9 @@ def brief_of(
     )
 
 
-def _within_target(found: Sequence[Section], answer: Answer, known: States) -> str:
+def _within_target(sections: Sequence[Section], answer: Answer, known: States) -> str:
     """Return the sentence on the share of positions within the target; empty without one."""
-    row = row_at(found, "error", WITHIN_TARGET)
+    row = row_at(sections, "error", WITHIN_TARGET)
     if row is None or answer.target is None:
         return ""
     share = row.cells[0]
@@ -245,17 +245,17 @@ _HELPS: Final = 0.05
 
 
 def blame_bars(
-    found: Sequence[Cost], gains: Mapping[str, Estimate], counted: str
+    costs: Sequence[Cost], gains: Mapping[str, Estimate], counted: str
 ) -> tuple[Bars, ...]:
     """Return the bars of the largest contributors, with the effect of halving each; none where
     nothing errs.
 
-    found    contributions of all parts
+    costs    contributions of all parts
     gains    reduction of the 95th percentile by halving each part, m; empty where it was not
              computed
     counted  what the shares were counted from
     """
-    erring = [cost for cost in found if cost.alone > 0]
+    erring = [cost for cost in costs if cost.alone > 0]
     if not erring:
         return ()
     own = sorted(erring, key=lambda cost: -abs(cost.share))[
@@ -297,33 +297,33 @@ def blame_bars(
     )
 
 
-def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:
+def remedy_bars(waterfall: Waterfall) -> tuple[Bars, ...]:
     """Return the bars of what calibration, compensation and a map of each robot leave of the 95th
     percentile, and other remedies where they help.
     """
     counted = (
-        f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x "
-        f"{several(found.visits, 'visit')}"
+        f"{several(waterfall.poses, 'pose')} x {several(waterfall.robots, 'robot')} x "
+        f"{several(waterfall.visits, 'visit')}"
     )
     # a part of the study's, so the first bar may differ from the answer
-    note = f"{_IDEAL}, {several(found.poses, 'pose')}"
+    note = f"{_IDEAL}, {several(waterfall.poses, 'pose')}"
     return _remedy_bars(
         "waterfall",
         "95 % of positions within",
-        {stage.name: stage.q95 for stage in found.stages},
+        {stage.name: stage.q95 for stage in waterfall.stages},
         counted,
         note,
     )
 
 
-def rms_bars(found: Mapping[str, Estimate], poses: int) -> tuple[Bars, ...]:
+def rms_bars(estimates: Mapping[str, Estimate], poses: int) -> tuple[Bars, ...]:
     """Return the bars of what the same remedies leave of the root mean square (m) over so many
     poses, without sampling.
     """
     return _remedy_bars(
         "remedies",
         "root mean square error",
-        found,
+        estimates,
         f"exact sum over terms, {several(poses, 'pose')}",
         _IDEAL,
     )
@@ -377,10 +377,11 @@ def _share(share: float, counted: str) -> Cell:
     return Cell(share, "%", samples=counted)
 
 
-def _gains(found: Sequence[Estimate | None]) -> list[Cell | None]:
+def _gains(estimates: Sequence[Estimate | None]) -> list[Cell | None]:
     """Return reductions (m) in one unit; none where one was not computed."""
-    known = [gain for gain in found if gain is not None and math.isfinite(gain.value)]
+    known = [gain for gain in estimates if gain is not None and math.isfinite(gain.value)]
     shown = iter(in_one_unit([length(gain.value, gain.low, gain.high) for gain in known]))
     return [
-        next(shown) if gain is not None and math.isfinite(gain.value) else None for gain in found
+        next(shown) if gain is not None and math.isfinite(gain.value) else None
+        for gain in estimates
     ]

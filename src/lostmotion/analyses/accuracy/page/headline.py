@@ -67,11 +67,13 @@ def on_condition(sentence: str, overloaded: Sequence[Overload]) -> str:
     return f"If the overloaded {drives}, {sentence[0].lower()}{sentence[1:]}"
 
 
-def remedy_sentence(blame: Budget, found: Waterfall, known: States, *, temperature: bool) -> str:
+def remedy_sentence(
+    blame: Budget, waterfall: Waterfall, known: States, *, temperature: bool
+) -> str:
     """Return where most of the mean square comes from, the largest contributor, and what the best
     remedy leaves of the 95 % error.
     """
-    stages = {stage.name: stage for stage in found.stages}
+    stages = {stage.name: stage for stage in waterfall.stages}
     if not stages["as manufactured"].q95.value > 0:
         return ""
     return (

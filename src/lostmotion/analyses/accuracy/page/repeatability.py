@@ -27,11 +27,11 @@ _MOST_CAUSES: Final = 2
 _LEAST_SHARE: Final = 0.05
 
 
-def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
+def made_of_sections(repeats: Sequence[Repeatability]) -> list[Section]:
     """Return the shares of each kind of error in the mean square between visits, for each way to
     arrive; nothing without scatter.
     """
-    shares = [dict(each.causes) for each in found]
+    shares = [dict(each.causes) for each in repeats]
     names = sorted(
         {name for of in shares for name in of},
         key=lambda name: [-of.get(name, 0.0) for of in shares],
@@ -48,7 +48,7 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
                 "%",
                 samples=f"exact sum over terms, {several(len(each.poses), 'pose')}",
             )
-            for of, each in zip(shares, found, strict=True)
+            for of, each in zip(shares, repeats, strict=True)
         )
         rows.append(Row(short_name(name), tuple(figures)))
     note = (
@@ -61,7 +61,7 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
         Section(
             _MADE_OF,
             "What RP is made of",
-            tuple(arrival(each.approach) for each in found),
+            tuple(arrival(each.approach) for each in repeats),
             tuple(rows),
             note,
         )
@@ -69,17 +69,17 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
 
 
 def with_made_of_bars(
-    found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States
+    sections: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States
 ) -> tuple[Section, ...]:
     """Return the sections of a study, the table of what RP is made of with a block of bars of each
     of its columns that is predicted.
     """
-    made_of = next((section for section in found if section.key == _MADE_OF), None)
+    made_of = next((section for section in sections if section.key == _MADE_OF), None)
     if made_of is None:
-        return tuple(found)
+        return tuple(sections)
     blocks = []
     for column, each in enumerate(repeats):
-        row = _row_of(found, each)
+        row = _row_of(sections, each)
         if row is None or each.none:
             continue
         bound = _bounded(row.cells[0], each, arm, known)
@@ -90,12 +90,13 @@ def with_made_of_bars(
         title = f"{rp_name(each.approach)}: {bound}"
         blocks.append(Bars(_MADE_OF, title, "share of the mean square", shown, note=note, most=1.0))
     return tuple(
-        replace(section, bars=tuple(blocks)) if section is made_of else section for section in found
+        replace(section, bars=tuple(blocks)) if section is made_of else section
+        for section in sections
     )
 
 
 def repeatability_statement(
-    found: Sequence[Section],
+    sections: Sequence[Section],
     repeats: Sequence[Repeatability],
     arm: Arm,
     known: States,
@@ -110,7 +111,7 @@ def repeatability_statement(
         return "No described error differs between visits, so no repeatability is predicted."
     clauses = []
     for each in repeats:
-        row, name = _row_of(found, each), rp_name(each.approach)
+        row, name = _row_of(sections, each), rp_name(each.approach)
         if row is None or each.none:
             clauses.append(f"{name}: not predicted, no described error differs between visits")
             continue
@@ -119,9 +120,9 @@ def repeatability_statement(
     return f"{'; '.join(clauses)}, for 95 % of the robots."
 
 
-def _row_of(found: Sequence[Section], each: Repeatability) -> Row | None:
+def _row_of(sections: Sequence[Section], each: Repeatability) -> Row | None:
     """Return the row of this RP, of which 95 % of the robots are within."""
-    return row_at(found, "iso9283", f"{rp_key(each.approach)}_p95")
+    return row_at(sections, "iso9283", f"{rp_key(each.approach)}_p95")
 
 
 def _bounded(figure: Cell, each: Repeatability, arm: Arm, known: States) -> str:
@@ -138,14 +139,14 @@ def _missing(each: Repeatability, arm: Arm) -> tuple[str, ...]:
     return undescribed_scatter(arm) if each.approach else ()
 
 
-def one_sided_bounded(found: Sequence[Section], arm: Arm) -> tuple[Section, ...]:
+def one_sided_bounded(sections: Sequence[Section], arm: Arm) -> tuple[Section, ...]:
     """Return sections, RP in the ISO cycle as a lower bound where a joint describes neither a dead
     band nor a scatter of friction.
     """
     if not undescribed_scatter(arm):
-        return tuple(found)
+        return tuple(sections)
     return tuple(
-        replace(section, rows=tuple(map(_one_sided_bounded, section.rows))) for section in found
+        replace(section, rows=tuple(map(_one_sided_bounded, section.rows))) for section in sections
     )
 
 
@@ -173,8 +174,10 @@ def _describes_scatter(joint: object) -> bool:
     return scatters or lumped is not None or (servo is not None and servo.dead_band is not None)
 
 
-def _largest(found: Repeatability) -> str:
-    named = [(name, share) for name, share in found.causes if share >= _LEAST_SHARE][:_MOST_CAUSES]
+def _largest(repeatability: Repeatability) -> str:
+    named = [(name, share) for name, share in repeatability.causes if share >= _LEAST_SHARE][
+        :_MOST_CAUSES
+    ]
     return ", ".join(f"{short_name(name)} {Cell(share, '%')}" for name, share in named)
 
 

@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 def stopping_section(
-    found: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False
+    stopping: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False
 ) -> Section:
     """Return the precision of each figure, stage by stage; `where` and `scarce` as in `outcome`."""
     columns = tuple(
         f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}"
-        for stage in found.stages
+        for stage in stopping.stages
     )
-    last = found.stages[-1]
+    last = stopping.stages[-1]
     rows = []
     for name, figure in last.figures.items():
         figures = tuple(
@@ -41,38 +41,38 @@ def stopping_section(
                 stage.figures[name],
                 f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}",
             )
-            for stage in found.stages
+            for stage in stopping.stages
         )
-        asked = _asked(found, figure, missed=name in found.missed)
+        asked = _asked(stopping, figure, missed=name in stopping.missed)
         rows.append(Row(figure.name, figures, asked, name))
     note = (
         "half of each 95 % interval, as a share of the figure, at each stage; asked for: "
-        f"{found.tolerance}. The first stage shows how many robots "
+        f"{stopping.tolerance}. The first stage shows how many robots "
         "and poses are needed; every printed interval is that of the last stage alone (JCGM "
         "101:2008, 7.9, in two stages or more)"
     )
-    return Section(key, outcome(found, where, scarce=scarce), columns, tuple(rows), note)
+    return Section(key, outcome(stopping, where, scarce=scarce), columns, tuple(rows), note)
 
 
-def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
+def outcome(stopping: Stopping, where: str = "", *, scarce: bool = False) -> str:
     """Return a sentence on whether the figures have the precision asked for.
 
     `where` names the poses, where there are several kinds; `scarce` means that there are no more of
     them.
     """
-    last = found.stages[-1]
+    last = stopping.stages[-1]
     where = where and f" {where}"
-    if found.reached:
+    if stopping.reached:
         watched = ", ".join(
             dict.fromkeys(
                 each.name.rpartition(", ")[0] or each.name for each in last.figures.values()
             )
         )
         return (
-            f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after "
+            f"Reached ±{stopping.tolerance}{where and f'{where} ({watched})'} after "
             f"{several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
         )
-    figure = last.figures[found.missed[0]]
+    figure = last.figures[stopping.missed[0]]
     half = (
         f"half-width {100 * figure.relative:.2g} %"
         if math.isfinite(figure.relative)
@@ -87,11 +87,11 @@ def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
         ),
         "robots": f"after the most robots allowed, {last.robots}",
         "stages": (
-            f"after {len(found.stages)} stages, {several(last.robots, 'robot')} and "
+            f"after {len(stopping.stages)} stages, {several(last.robots, 'robot')} and "
             f"{several(last.poses, 'pose')}"
         ),
-    }[found.limited_by]
-    return f"Did not reach ±{found.tolerance}{where}: {half} ({figure.name}), {why}"
+    }[stopping.limited_by]
+    return f"Did not reach ±{stopping.tolerance}{where}: {half} ({figure.name}), {why}"
 
 
 def _half(figure: Watched, counted: str) -> Cell:
@@ -100,10 +100,10 @@ def _half(figure: Watched, counted: str) -> Cell:
     )
 
 
-def _asked(found: Stopping, figure: Watched, *, missed: bool) -> str:
+def _asked(stopping: Stopping, figure: Watched, *, missed: bool) -> str:
     allowed = (
-        f", ±{100 * found.tolerance.half(figure.value) / abs(figure.value):.2g} % here"
-        if found.tolerance.digits and figure.value
+        f", ±{100 * stopping.tolerance.half(figure.value) / abs(figure.value):.2g} % here"
+        if stopping.tolerance.digits and figure.value
         else ""
     )
     return ("not precise enough" if missed else "precise enough") + allowed
@@ -258,23 +258,23 @@ STAGES: Final = (
 _MEASURED: Final = "the controller corrects the estimates; what is uncertain of them remains"
 
 
-def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Section:
+def waterfall_section(waterfall: Waterfall, repeats: Sequence[Repeatability]) -> Section:
     """Return the effect of calibration and compensation."""
     counted = (
-        f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x "
-        f"{several(found.visits, 'visit')}, the same at every stage"
+        f"{several(waterfall.poses, 'pose')} x {several(waterfall.robots, 'robot')} x "
+        f"{several(waterfall.visits, 'visit')}, the same at every stage"
     )
     rows = []
     means, left = (
         in_one_unit([_of(each, counted) for each in column])
-        for column in zip(*((s.mean, s.q95) for s in found.stages), strict=True)
+        for column in zip(*((s.mean, s.q95) for s in waterfall.stages), strict=True)
     )
-    texts = (*STAGES, _MEASURED)[: len(found.stages)]
-    for stage, text, mean, q95 in zip(found.stages, texts, means, left, strict=True):
+    texts = (*STAGES, _MEASURED)[: len(waterfall.stages)]
+    for stage, text, mean, q95 in zip(waterfall.stages, texts, means, left, strict=True):
         off = _of(stage.reduction, counted)
         effect = (
             f"; reduces the 95th percentile by {off} ({off.interval})"
-            if stage is not found.stages[0] and off.interval
+            if stage is not waterfall.stages[0] and off.interval
             else ""
         )
         rows.append(Row(stage.name, (mean, q95), "" if text == stage.name else text + effect))
@@ -291,7 +291,7 @@ def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Sec
         "by Monte Carlo on a part of the poses and robots, so the first row differs from the "
         "figures above. Every remedy is ideal, "
         "a real one leaves more. Calibration removes a robot's errors that are constant in "
-        f"their own frame, {several(len(found.constant), 'error')} "
+        f"their own frame, {several(len(waterfall.constant), 'error')} "
         "(lengths, axes, encoder zeros). It does not find harmonics (transmission error, "
         "encoder eccentricity) and load-dependent errors: a map "
         "of each robot may find these." + stays
@@ -305,15 +305,17 @@ def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Sec
     )
 
 
-def rms_section(found: Mapping[str, Estimate], poses: int) -> Section:
+def rms_section(estimates: Mapping[str, Estimate], poses: int) -> Section:
     """Return what each remedy leaves of the root mean square (m) over so many poses, without
     sampling.
     """
     counted = f"exact sum over terms, {several(poses, 'pose')}"
-    left = in_one_unit([_of(each, counted) for each in found.values()])
+    left = in_one_unit([_of(each, counted) for each in estimates.values()])
     rows = (
         Row(name, (figure,), "" if text == name else text)
-        for name, text, figure in zip(found, (*STAGES, _MEASURED)[: len(found)], left, strict=True)
+        for name, text, figure in zip(
+            estimates, (*STAGES, _MEASURED)[: len(estimates)], left, strict=True
+        )
     )
     note = (
         "every remedy is ideal, a real one leaves more. Calibration does not find harmonics "

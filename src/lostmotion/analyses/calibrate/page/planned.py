@@ -28,10 +28,10 @@ _WORDS: Final = (
 )
 
 
-def planned_sheet(found: PlannedPoses) -> Sheet:
+def planned_sheet(planned: PlannedPoses) -> Sheet:
     """Return the sheet of a plan."""
-    radius, enough = found.plan.radius, found.plan.enough
-    counted = several(len(found.q), "pose")
+    radius, enough = planned.plan.radius, planned.plan.enough
+    counted = several(len(planned.q), "pose")
     text = (
         f"After {counted} 95 % of the mean tool points are predicted within "
         f"{length(float(radius[-1]))} of the calibrated model, before within "
@@ -41,12 +41,12 @@ def planned_sheet(found: PlannedPoses) -> Sheet:
         text += f" From {several(enough, 'pose')} on five more reduce it by less than 2 % each."
     shown = sorted({0, *np.unique(np.geomspace(1, len(radius) - 1, 12).round().astype(int))})
     return Sheet(
-        name=found.arm.name,
+        name=planned.arm.name,
         subject="poses to measure",
         verdict=text,
         cards=(
             Card("predicted radius", str(length(float(radius[-1]))), f"after {counted}"),
-            Card("before", str(length(float(radius[0]))), several(found.measured, "pose")),
+            Card("before", str(length(float(radius[0]))), several(planned.measured, "pose")),
         ),
         sections=(
             table(
@@ -59,20 +59,20 @@ def planned_sheet(found: PlannedPoses) -> Sheet:
                 "observability",
                 "Observability of the chosen poses",
                 ("value",),
-                [(f"O{k}", value) for k, value in enumerate(found.plan.indices, 1)],
+                [(f"O{k}", value) for k, value in enumerate(planned.plan.indices, 1)],
                 "columns in prior deviations",
             ),
             table(
                 "poses",
                 "Poses in the order of a tour",
                 (),
-                [(f"pose {k}", joint_values(found.arm, q)) for k, q in enumerate(found.q, 1)],
+                [(f"pose {k}", joint_values(planned.arm, q)) for k, q in enumerate(planned.q, 1)],
             ),
         ),
-        counts=f"{counted} of {CANDIDATES} candidates, noise {length(found.noise)}",
+        counts=f"{counted} of {CANDIDATES} candidates, noise {length(planned.noise)}",
         words=_WORDS,
-        source=f"{counted}, seed {found.seed}. The same file, version and seed give the same "
+        source=f"{counted}, seed {planned.seed}. The same file, version and seed give the same "
         "bytes.",
-        seed=found.seed,
-        facts={"arm": found.arm.name},
+        seed=planned.seed,
+        facts={"arm": planned.arm.name},
     )

@@ -12,16 +12,8 @@ from lostmotion.analyses.calibrate.answer import corrected_radius
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import tool_points
 from lostmotion.printed import factor_of, unit_of_length
-from lostmotion.reporting.chart import (
-    axes,
-    cells,
-    class_legend,
-    class_of,
-    figure,
-    label_axes,
-    legend,
-    one,
-)
+from lostmotion.reporting.chart import axes, figure, label_axes, legend, one
+from lostmotion.reporting.map_chart import cells, class_legend, class_of
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
 
@@ -38,7 +30,7 @@ _CELLS: Final = 28
 _TAILS: Final = (0.03, 0.97)
 
 
-def calibrated_plots(found: CalibrationAnswer) -> list[Plot]:
+def calibrated_plots(calibration: CalibrationAnswer) -> list[Plot]:
     """Return the distributions of the error before and after, the held-out errors over the
     workspace, and the map of the predicted accuracy.
     """
@@ -46,30 +38,30 @@ def calibrated_plots(found: CalibrationAnswer) -> list[Plot]:
         Plot(
             "errors",
             "accuracy",
-            _distributions(found),
+            _distributions(calibration),
             "Share of the measured poses with an error below a length, before and after.",
         ),
         Plot(
             "places",
             "rows",
-            _places(found),
+            _places(calibration),
             "Held-out error of each measured pose by its place in the base's axes.",
         ),
         Plot(
             "map",
             "predicted",
-            _map(found),
+            _map(calibration),
             "Predicted 95 % radius with the estimates corrected, from above and from the side, in "
             "classes of the mean of each cell; measured poses, and those beyond their 95 % region.",
         ),
     ]
 
 
-def _distributions(found: CalibrationAnswer) -> Figure:
+def _distributions(calibration: CalibrationAnswer) -> Figure:
     made, on = one("Error at poses that were not used", 80)
-    climb = found.robot.climb
+    climb = calibration.robot.climb
     for name, error, colour in (
-        ("base and tool frame", found.before, "c3"),
+        ("base and tool frame", calibration.before, "c3"),
         ("calibrated, excluded regions", climb.kept.blocked.error, "c2"),
         ("calibrated, random folds", climb.random.error, "c1"),
     ):
@@ -82,9 +74,9 @@ def _distributions(found: CalibrationAnswer) -> Figure:
     return made
 
 
-def _places(found: CalibrationAnswer) -> Figure:
-    points = 1e3 * found.robot.frames[:, :3, 3]
-    error = found.robot.climb.random.error
+def _places(calibration: CalibrationAnswer) -> Figure:
+    points = 1e3 * calibration.robot.frames[:, :3, 3]
+    error = calibration.robot.climb.random.error
     made, on = one("Held-out error over the workspace, seen from above", 110)
     limits = np.quantile(error, [0.5, 0.9])
     for number, (colour, name) in enumerate(
@@ -105,10 +97,10 @@ def _places(found: CalibrationAnswer) -> Figure:
     return made
 
 
-def _map(found: CalibrationAnswer) -> Figure:
+def _map(calibration: CalibrationAnswer) -> Figure:
     """Return the predicted radius between the joint limits, with the measured poses."""
-    robot = found.robot
-    q = sample_poses(robot.arm, _SAMPLED, "sobol", found.seed).q
+    robot = calibration.robot
+    q = sample_poses(robot.arm, _SAMPLED, "sobol", calibration.seed).q
     radius = corrected_radius(robot, q)
     unit = unit_of_length(float(np.median(radius)))
     views = [

@@ -86,13 +86,13 @@ _WORDS: Final = (
 )
 
 
-def compare_sheet(found: Comparison) -> Sheet:
+def compare_sheet(comparison: Comparison) -> Sheet:
     """Return the sheet of a comparison."""
-    first = found.arms[0]
-    labels = [each.label for each in found.arms]
+    first = comparison.arms[0]
+    labels = [each.label for each in comparison.arms]
     poses = (
         several(len(first.poses), "pose")
-        if len({len(each.poses) for each in found.arms}) == 1
+        if len({len(each.poses) for each in comparison.arms}) == 1
         else "poses of their own"
     )
     counts = (
@@ -102,66 +102,68 @@ def compare_sheet(found: Comparison) -> Sheet:
     sheet = Sheet(
         name=" and ".join([", ".join(labels[:-1]), labels[-1]]),
         subject="comparison",
-        verdict=verdict(found),
+        verdict=verdict(comparison),
         cards=(),
         sections=(
-            *(changes_section(found, group) for group in GROUPS),
-            *commanded_tool_points(found),
-            values_section(found),
+            *(changes_section(comparison, group) for group in GROUPS),
+            *commanded_tool_points(comparison),
+            values_section(comparison),
             *(
                 section
-                for k, change in enumerate(found.changes)
-                for section in parts_sections(found, change, k)
+                for k, change in enumerate(comparison.changes)
+                for section in parts_sections(comparison, change, k)
             ),
-            *states_sections(found),
-            figures_section(found),
-            drives_section(found),
-            arms_section(found),
-            check_section(found),
+            *states_sections(comparison),
+            figures_section(comparison),
+            drives_section(comparison),
+            arms_section(comparison),
+            check_section(comparison),
         ),
         counts=counts,
-        warnings=warnings(found),
+        warnings=warnings(comparison),
         notes=(
             (
                 "not counted: "
-                f"{NOT_COUNTED}{'' if measure_of(found, 'price') else ', prices (none is stated)'}{_without_mass(found)}"  # noqa: E501
+                f"{NOT_COUNTED}{'' if measure_of(comparison, 'price') else ', prices (none is stated)'}{_without_mass(comparison)}"  # noqa: E501
             ),
-            *_notes(found),
+            *_notes(comparison),
         ),
         words=_WORDS,
-        source=_source(found, counts),
-        seed=found.seed,
-        facts=_facts(found),
-        bars=bars(found),
-        brief=brief(found),
+        source=_source(comparison, counts),
+        seed=comparison.seed,
+        facts=_facts(comparison),
+        bars=bars(comparison),
+        brief=brief(comparison),
     )
-    for each in failing(found):  # without intervals, and with the failure as the headline
+    for each in failing(comparison):  # without intervals, and with the failure as the headline
         sheet = replace(
-            checked(sheet, each.sampled.exact, within_of(found, each), each.arm),
+            checked(sheet, each.sampled.exact, within_of(comparison, each), each.arm),
             verdict=sheet.verdict,
             cards=(),
         )
     return sheet
 
 
-def _notes(found: Comparison) -> list[str]:
+def _notes(comparison: Comparison) -> list[str]:
     """Return the notes of all arms, those of some only with their labels."""
-    remarks = [error_remarks(each.arm) for each in found.arms]
+    remarks = [error_remarks(each.arm) for each in comparison.arms]
     out = []
     for text in dict.fromkeys(text for each in remarks for text in each):
-        having = [each.label for each, own in zip(found.arms, remarks, strict=True) if text in own]
-        out.append(text if len(having) == len(found.arms) else f"{', '.join(having)}: {text}")
+        having = [
+            each.label for each, own in zip(comparison.arms, remarks, strict=True) if text in own
+        ]
+        out.append(text if len(having) == len(comparison.arms) else f"{', '.join(having)}: {text}")
     return out
 
 
-def _source(found: Comparison, counts: str) -> str:
+def _source(comparison: Comparison, counts: str) -> str:
     return (
-        f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive "
-        f"{arriving(found.approach)}. {_SAME}"
+        f"seed {comparison.seed}: {counts}; poses: {comparison.arms[0].poses.law}; joints arrive "
+        f"{arriving(comparison.approach)}. {_SAME}"
     )
 
 
-def _facts(found: Comparison) -> dict[str, Any]:
+def _facts(comparison: Comparison) -> dict[str, Any]:
     return {
         "arms": [
             {
@@ -178,22 +180,24 @@ def _facts(found: Comparison) -> dict[str, Any]:
                 },
                 **provenance_facts(each.known),
             }
-            for each in found.arms
+            for each in comparison.arms
         ],
-        "seed": found.seed,
-        "robots": found.arms[0].sampled.robots,
-        "visits": found.arms[0].sampled.visits,
-        "same_joint_values": found.paired,
-        "same_errors": [change.same for change in found.changes],
-        "changes": [_plain(change) for change in found.changes],
-        "commanded_tool_points": [distance_facts(found, change) for change in found.changes],
+        "seed": comparison.seed,
+        "robots": comparison.arms[0].sampled.robots,
+        "visits": comparison.arms[0].sampled.visits,
+        "same_joint_values": comparison.paired,
+        "same_errors": [change.same for change in comparison.changes],
+        "changes": [_plain(change) for change in comparison.changes],
+        "commanded_tool_points": [
+            distance_facts(comparison, change) for change in comparison.changes
+        ],
         "differences": [
             {
                 "parts": list(each.parts),
                 "key": "" if each.key == WHOLE_JOINT else each.key,
                 "values": list(each.texts),
             }
-            for each in found.values
+            for each in comparison.values
         ],
     }
 
@@ -221,5 +225,7 @@ def _plain(change: Change) -> dict[str, Any]:
     }
 
 
-def _without_mass(found: Comparison) -> str:
-    return without_mass(model for each in found.arms for model in each.arm.gearboxes_without_mass)
+def _without_mass(comparison: Comparison) -> str:
+    return without_mass(
+        model for each in comparison.arms for model in each.arm.gearboxes_without_mass
+    )

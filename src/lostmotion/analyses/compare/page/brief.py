@@ -27,27 +27,27 @@ if TYPE_CHECKING:
     from lostmotion.comparison.description import Difference
 
 
-def brief(found: Comparison) -> tuple[tuple[str, str], ...]:
+def brief(comparison: Comparison) -> tuple[tuple[str, str], ...]:
     """Return the statements of the first screen, each a word and a sentence or two."""
     out = [
-        ("Differs", _differs(found.values)),
-        ("Tool points", _tool_points(found)),
+        ("Differs", _differs(comparison.values)),
+        ("Tool points", _tool_points(comparison)),
         (
             "Repeatability",
             _changed(
-                found,
-                f"{rp_key(found.approach)}_p95",
-                f"{rp_name(found.approach)}: 95 % of the robots repeat within",
+                comparison,
+                f"{rp_key(comparison.approach)}_p95",
+                f"{rp_name(comparison.approach)}: 95 % of the robots repeat within",
                 repeats=True,
             ),
         ),
-        ("Sag", _changed(found, "sag", "Mean displacement along gravity")),
-        ("Mass", _masses(found)),
-        ("Price", _prices(found.arms)),
-        ("Drives", _drives(found)),
-        ("Largest", _largest(found.arms)),
-        ("Poses", _poses(found)),
-        ("Trust", _trust(found.arms)),
+        ("Sag", _changed(comparison, "sag", "Mean displacement along gravity")),
+        ("Mass", _masses(comparison)),
+        ("Price", _prices(comparison.arms)),
+        ("Drives", _drives(comparison)),
+        ("Largest", _largest(comparison.arms)),
+        ("Poses", _poses(comparison)),
+        ("Trust", _trust(comparison.arms)),
     ]
     return tuple((word, text) for word, text in out if text)
 
@@ -68,22 +68,24 @@ def _differs(values: Sequence[Difference]) -> str:
     )
 
 
-def _tool_points(found: Comparison) -> str:
+def _tool_points(comparison: Comparison) -> str:
     """Return how far the commanded tool points are apart at the same joint values, and where
     most.
     """
-    if all(change.apart is None for change in found.changes):
+    if all(change.apart is None for change in comparison.changes):
         return ""
     texts = []
-    for change in found.changes:
-        of = f"{change.arm.label}: " if len(found.changes) > 1 else ""
+    for change in comparison.changes:
+        of = f"{change.arm.label}: " if len(comparison.changes) > 1 else ""
         if change.apart is None:
             texts.append(f"{of}not compared, because the joint values differ")
         elif change.apart.is_zero:
             texts.append(f"{of}equal")
         else:
             apart = change.apart
-            where = joint_values(found.arms[0].arm, found.arms[0].poses.q[apart.largest_at])
+            where = joint_values(
+                comparison.arms[0].arm, comparison.arms[0].poses.q[apart.largest_at]
+            )
             sizes = (
                 f"mean {length(apart.mean.value)}, 95th percentile {length(apart.p95.value)}, "
                 f"largest {length(apart.largest)}"
@@ -92,14 +94,16 @@ def _tool_points(found: Comparison) -> str:
     return f"Distance of the commanded tool points at the same joint values: {'; '.join(texts)}."
 
 
-def _changed(found: Comparison, key: str, what: str, *, repeats: bool = False) -> str:
+def _changed(comparison: Comparison, key: str, what: str, *, repeats: bool = False) -> str:
     """Return a figure of every arm with its change."""
-    measure = measure_of(found, key)
-    if measure is None or not any(measure.value(each).value for each in found.arms):
+    measure = measure_of(comparison, key)
+    if measure is None or not any(measure.value(each).value for each in comparison.arms):
         return ""
-    first = figure(measure.value(found.arms[0]), measure.unit)
-    texts = [repeats_bounded(first.alone, found.arms[0].known) if repeats else str(first.alone)]
-    for change in found.changes:
+    first = figure(measure.value(comparison.arms[0]), measure.unit)
+    texts = [
+        repeats_bounded(first.alone, comparison.arms[0].known) if repeats else str(first.alone)
+    ]
+    for change in comparison.changes:
         size = change.figures[key]
         value = figure(measure.value(change.arm), measure.unit)
         shown = repeats_bounded(value.alone, change.arm.known) if repeats else str(value.alone)
@@ -117,8 +121,8 @@ def _changed(found: Comparison, key: str, what: str, *, repeats: bool = False) -
     return f"{what} {' → '.join(texts)}."
 
 
-def _masses(found: Comparison) -> str:
-    masses = [each.arm.mass for each in found.arms]
+def _masses(comparison: Comparison) -> str:
+    masses = [each.arm.mass for each in comparison.arms]
     if not any(masses):
         return "No mass is stated."
     if len(set(masses)) == 1:
@@ -143,8 +147,8 @@ def _prices(arms: Sequence[ComparedArm]) -> str:
     )
 
 
-def _drives(found: Comparison) -> str:
-    shares = [each.load for each in found.arms]
+def _drives(comparison: Comparison) -> str:
+    shares = [each.load for each in comparison.arms]
     if not any(math.isfinite(share) for share in shares):
         return ""
     texts = [str(Cell(share, "%")) if math.isfinite(share) else ABSENT for share in shares]
@@ -166,15 +170,15 @@ def _largest(arms: Sequence[ComparedArm]) -> str:
     return f"Largest contributor: {'; '.join(texts)}." if texts else ""
 
 
-def _poses(found: Comparison) -> str:
-    first = found.arms[0]
-    if found.paired:
+def _poses(comparison: Comparison) -> str:
+    first = comparison.arms[0]
+    if comparison.paired:
         return (
             f"All arms stand at the same {several(len(first.poses), 'set')} of joint values."
             if len(first.poses) > 1
             else "All arms stand at the same pose."
         )
-    kinds = [[(joint.name, joint.type) for joint in each.arm.driven] for each in found.arms]
+    kinds = [[(joint.name, joint.type) for joint in each.arm.driven] for each in comparison.arms]
     why = (
         "their joints differ"
         if any(other != kinds[0] for other in kinds[1:])

@@ -39,11 +39,11 @@ EQUAL: Final = "equal"
 SMALLEST: Final = 1e-9
 
 
-def figure(found: Estimate, unit: str, samples: str = "") -> Cell:
+def figure(estimate: Estimate, unit: str, samples: str = "") -> Cell:
     """Return an estimate as people read it (`printed.suited`); a price has no unit."""
     if unit == "price":
-        return Cell(found.value, "1", samples=samples, stated=True)
-    return cell(found, unit, samples)
+        return Cell(estimate.value, "1", samples=samples, stated=True)
+    return cell(estimate, unit, samples)
 
 
 def is_decided(change: Estimate) -> bool:
@@ -72,9 +72,9 @@ def remark(change: Estimate, *, exact: bool) -> str:
     )
 
 
-def with_interval(found: Cell) -> str:
+def with_interval(shown: Cell) -> str:
     """Return a figure with its interval in brackets, where it has one."""
-    return f"{found} ({found.interval})" if found.interval else str(found)
+    return f"{shown} ({shown.interval})" if shown.interval else str(shown)
 
 
 def counted(each: ComparedArm) -> str:
@@ -85,14 +85,17 @@ def counted(each: ComparedArm) -> str:
     )
 
 
-def measure_of(found: Comparison, key: str) -> Measure | None:
+def measure_of(comparison: Comparison, key: str) -> Measure | None:
     """Return the figure of this key; None where these arms do not have it."""
-    return next((each for each in found.measures if each.key == key), None)
+    return next((each for each in comparison.measures if each.key == key), None)
 
 
-def ends(found: Estimate) -> list[float | None]:
+def ends(estimate: Estimate) -> list[float | None]:
     """Return a value and the ends of its interval as plain data; None for what is not known."""
-    return [each if math.isfinite(each) else None for each in (found.value, found.low, found.high)]
+    return [
+        each if math.isfinite(each) else None
+        for each in (estimate.value, estimate.low, estimate.high)
+    ]
 
 
 # Parts with a bar of their own; further arms whose change is drawn by part; share of the largest
@@ -106,35 +109,35 @@ _MOST_ARMS: Final = 2
 _LEAST: Final = 0.005
 
 
-def bars(found: Comparison) -> tuple[Bars, ...]:
+def bars(comparison: Comparison) -> tuple[Bars, ...]:
     """Return the blocks of bars."""
     return (
-        *_of_arms(found),
+        *_of_arms(comparison),
         *(
             block
-            for k, change in enumerate(found.changes[:_MOST_ARMS])
-            for block in _of_parts(found, change, k)
+            for k, change in enumerate(comparison.changes[:_MOST_ARMS])
+            for block in _of_parts(comparison, change, k)
         ),
     )
 
 
-def _of_arms(found: Comparison) -> list[Bars]:
-    within = measure_of(found, "p95")
+def _of_arms(comparison: Comparison) -> list[Bars]:
+    within = measure_of(comparison, "p95")
     if within is None:
         return []
-    sizes = [within.value(each) for each in found.arms]
+    sizes = [within.value(each) for each in comparison.arms]
     effects: list[Cell | None] = [
         None,
-        *(figure(change.figures["p95"], "m") for change in found.changes),
+        *(figure(change.figures["p95"], "m") for change in comparison.changes),
     ]
     drawn = tuple(
         Bar(each.label, replace(length(size.value), bound=sign_of(each.known)), size.value, effect)
-        for each, size, effect in zip(found.arms, sizes, effects, strict=True)
+        for each, size, effect in zip(comparison.arms, sizes, effects, strict=True)
     )
     return [Bars("changes", "Position error", within.name, drawn, "change")]
 
 
-def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
+def _of_parts(comparison: Comparison, change: Change, index: int) -> list[Bars]:
     """Return the bars of one arm's change by part; none where no part changes it."""
     largest = max((abs(each.share.value) for each in change.parts), default=0.0)
     if not largest > SMALLEST:
@@ -151,7 +154,7 @@ def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
         drawn.append(
             Bar(f"{len(others)} other{'s' if len(others) > 1 else ''}", length(rest), rest)
         )
-    several = len(found.changes) > 1
+    several = len(comparison.changes) > 1
     title = f"What changed the r.m.s. error{f' of {change.arm.label}' if several else ''}"
     return [
         Bars(
@@ -180,18 +183,20 @@ def _sizes(each: PartChange) -> Cell:
     )
 
 
-def commanded_tool_points(found: Comparison) -> list[Section]:
+def commanded_tool_points(comparison: Comparison) -> list[Section]:
     """Return the table; none where no arm stands at the joint values of the first."""
     known = [
-        (change.arm.label, change.apart) for change in found.changes if change.apart is not None
+        (change.arm.label, change.apart)
+        for change in comparison.changes
+        if change.apart is not None
     ]
     if not known:
         return []
-    poses = found.arms[0].poses
+    poses = comparison.arms[0].poses
     counted = f"{several(len(poses), 'pose')} ({poses.law}), nominal geometry"
     several_arms = len(known) > 1
     places = [
-        f"{f'{label}: ' if several_arms else ''}{_place(found, apart)}"
+        f"{f'{label}: ' if several_arms else ''}{_place(comparison, apart)}"
         for label, apart in known
         if not apart.is_zero
     ]
@@ -209,7 +214,7 @@ def commanded_tool_points(found: Comparison) -> list[Section]:
     for k, axis in enumerate("xyz"):
         means = (length(float(apart.vectors[:, k].mean()), samples=counted) for apart in aparts)
         rows.append(Row(f"mean displacement along {axis}", tuple(means), note, f"mean_{axis}"))
-    columns = tuple(f"{label} from {found.arms[0].label}" for label, _ in known)
+    columns = tuple(f"{label} from {comparison.arms[0].label}" for label, _ in known)
     about = (
         "where the nominal geometry puts the tool, without any error, in the axes of the base; "
         "intervals are due to the choice of poses"
@@ -225,26 +230,28 @@ def commanded_tool_points(found: Comparison) -> list[Section]:
     ]
 
 
-def _place(found: Comparison, apart: ToolDistance) -> str:
+def _place(comparison: Comparison, apart: ToolDistance) -> str:
     """Return where the largest distance is: the pose, and the tool point of the first arm."""
     at = ", ".join(
         f"{axis} {length(float(value))}"
         for axis, value in zip("xyz", apart.tool[apart.largest_at], strict=True)
     )
     return (
-        f"at {joint_values(found.arms[0].arm, found.arms[0].poses.q[apart.largest_at])}, tool at "
+        "at "
+        f"{joint_values(comparison.arms[0].arm, comparison.arms[0].poses.q[apart.largest_at])}, "
+        "tool at "
         f"{at}"
     )
 
 
-def distance_facts(found: Comparison, change: Change) -> dict[str, Any] | None:
+def distance_facts(comparison: Comparison, change: Change) -> dict[str, Any] | None:
     """Return the distance of one arm from the first as plain data, in SI; None where they stand at
     different joint values.
     """
     apart = change.apart
     if apart is None:
         return None
-    first, at = found.arms[0], apart.largest_at
+    first, at = comparison.arms[0], apart.largest_at
     return {
         "arm": change.arm.label,
         "mean_m": ends(apart.mean),

@@ -40,50 +40,51 @@ _MOST_OF_IT: Final = 0.5
 _EQUAL: Final = 1e-6
 
 
-def verdict(found: Comparison) -> str:
+def verdict(comparison: Comparison) -> str:
     """Return the headline: how much more or less accurate the other arms are than the first, the
     part that made most of it, and the mass.
     """
-    wrong = failing(found)
+    wrong = failing(comparison)
     if wrong:
         return " ".join(
-            f"{each.label}: {failure(each.sampled.exact, within_of(found, each))}" for each in wrong
+            f"{each.label}: {failure(each.sampled.exact, within_of(comparison, each))}"
+            for each in wrong
         )
-    if len(found.changes) > 1:
-        return _of_many(found)
-    change = found.changes[0]
+    if len(comparison.changes) > 1:
+        return _of_many(comparison)
+    change = comparison.changes[0]
     return " ".join(
         text
         for text in (
-            _answer(found, change),
-            _apart(found),
+            _answer(comparison, change),
+            _apart(comparison),
             _due_to(change),
             _heavier(change),
-            _rests(found),
+            _rests(comparison),
         )
         if text
     )
 
 
-def failing(found: Comparison) -> list[ComparedArm]:
+def failing(comparison: Comparison) -> list[ComparedArm]:
     """Return the arms in which the first-order sum of errors fails."""
     return [
         each
-        for each in found.arms
-        if share_neglected(each.sampled.exact, within_of(found, each)) > FAILS
+        for each in comparison.arms
+        if share_neglected(each.sampled.exact, within_of(comparison, each)) > FAILS
     ]
 
 
-def within_of(found: Comparison, each: ComparedArm) -> float:
+def within_of(comparison: Comparison, each: ComparedArm) -> float:
     """Return the error that 95 % of the positions of an arm stay within, m."""
-    measure = measure_of(found, "p95")
+    measure = measure_of(comparison, "p95")
     return math.nan if measure is None else measure.value(each).value
 
 
-def _answer(found: Comparison, change: Change) -> str:
-    first, other = found.arms[0], change.arm
+def _answer(comparison: Comparison, change: Change) -> str:
+    first, other = comparison.arms[0], change.arm
     before, after = (
-        at_least(length(within_of(found, each)), each.known) for each in (first, other)
+        at_least(length(within_of(comparison, each)), each.known) for each in (first, other)
     )
     size = change.figures["p95"]
     if change.same:
@@ -111,19 +112,19 @@ def _answer(found: Comparison, change: Change) -> str:
     )
 
 
-def _apart(found: Comparison) -> str:
+def _apart(comparison: Comparison) -> str:
     """Return the sentence on the distance between the tool points that the arms command at the same
     joint values; empty where it is zero.
     """
     of = [
         (change.arm.label, change.apart)
-        for change in found.changes
+        for change in comparison.changes
         if change.apart is not None and not change.apart.is_zero
     ]
     if not of:
         return ""
-    first = found.arms[0].label
-    if len(found.changes) == 1:
+    first = comparison.arms[0].label
+    if len(comparison.changes) == 1:
         apart = of[0][1]
         mean, largest = (str(length(each)) for each in (apart.mean.value, apart.largest))
         size = (
@@ -160,9 +161,9 @@ def _due_to(change: Change) -> str:
     )
 
 
-def signed(found: Cell) -> str:
+def signed(cell: Cell) -> str:
     """Return a change with its sign."""
-    return f"+{found}" if found.value > 0 else str(found)
+    return f"+{cell}" if cell.value > 0 else str(cell)
 
 
 def _heavier(change: Change) -> str:
@@ -176,8 +177,8 @@ def _heavier(change: Change) -> str:
     return f"It {' and '.join(texts)}." if texts else ""
 
 
-def _rests(found: Comparison) -> str:
-    counts = [each.known.assumed_count for each in found.arms]
+def _rests(comparison: Comparison) -> str:
+    counts = [each.known.assumed_count for each in comparison.arms]
     if not any(counts):
         return ""
     texts = [str(count) for count in counts]
@@ -186,15 +187,15 @@ def _rests(found: Comparison) -> str:
     return f"They rest on {', '.join(texts[:-1])} and {several(counts[-1], 'assumed value')}."
 
 
-def _of_many(found: Comparison) -> str:
+def _of_many(comparison: Comparison) -> str:
     """Return the headline of more than two arms: the most accurate one, and the change of each
     against the first.
     """
-    best = min(found.arms, key=lambda each: within_of(found, each))
-    first = found.arms[0]
-    within = at_least(length(within_of(found, best)), best.known)
+    best = min(comparison.arms, key=lambda each: within_of(comparison, each))
+    first = comparison.arms[0]
+    within = at_least(length(within_of(comparison, best)), best.known)
     texts = []
-    for change in found.changes:
+    for change in comparison.changes:
         size = change.figures["p95"]
         seen = (
             "equal"
@@ -207,15 +208,16 @@ def _of_many(found: Comparison) -> str:
         texts.append(
             f"{change.arm.label} {seen}{f' ({interval})' if interval and not change.same else ''}"
         )
-    near = _not_distinguished(found, best)
+    near = _not_distinguished(comparison, best)
     if near:
         answer = (
-            f"Of {len(found.arms)} arms {best.label} has the smallest error, 95 % of positions "
+            f"Of {len(comparison.arms)} arms {best.label} has the smallest error, 95 % of "
+            "positions "
             f"within {within}; no difference seen from {near}."
         )
     else:
         answer = (
-            f"Of {len(found.arms)} arms {best.label} is the most accurate: 95 % of positions "
+            f"Of {len(comparison.arms)} arms {best.label} is the most accurate: 95 % of positions "
             f"within {within}."
         )
     return " ".join(
@@ -223,39 +225,39 @@ def _of_many(found: Comparison) -> str:
         for text in (
             answer,
             f"Against {first.label}: {'; '.join(texts)}.",
-            _apart(found),
-            _rests(found),
+            _apart(comparison),
+            _rests(comparison),
         )
         if text
     )
 
 
-def _not_distinguished(found: Comparison, best: ComparedArm) -> str:
+def _not_distinguished(comparison: Comparison, best: ComparedArm) -> str:
     """Return the labels of the arms that are not seen to be less accurate than the best one."""
-    measure = measure_of(found, "p95")
+    measure = measure_of(comparison, "p95")
     return (
         ""
         if measure is None
         else ", ".join(
             each.label
-            for each in found.arms
+            for each in comparison.arms
             if each is not best and not measure.change(best, each).low > 0
         )
     )
 
 
-def warnings(found: Comparison) -> tuple[str, ...]:
+def warnings(comparison: Comparison) -> tuple[str, ...]:
     """Return what makes the comparison doubtful: errors that only some arms describe, overloaded
     drives, and what seems wrong in a description.
     """
     out = []
-    unequal = [each for each in found.states if each.described_in_some_only]
+    unequal = [each for each in comparison.states if each.described_in_some_only]
     if unequal:
         out.append(
             f"{_described_unequally(unequal)}: part of the difference is one of the "
             "descriptions, not of the arms"
         )
-    for each in found.arms:
+    for each in comparison.arms:
         weights = weights_of(each.sampled.visits, each.approach) if each.many else {}
         few = few_poses_warnings(
             len(each.poses),

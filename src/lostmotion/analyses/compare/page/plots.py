@@ -42,17 +42,17 @@ _CURVE: Final = 200
 _APART: Final = 0.22
 
 
-def compare_plots(found: Comparison) -> list[Plot]:
+def compare_plots(comparison: Comparison) -> list[Plot]:
     """Return the plots in reading order."""
-    several = len(found.changes) > 1
+    several = len(comparison.changes) > 1
     out = []
-    if any(_relative(found, change) for change in found.changes):
+    if any(_relative(comparison, change) for change in comparison.changes):
         words = (
             "Points with intervals: relative change of each figure against the first arm; a line "
             "at zero."
         )
-        out.append(Plot("changes", "changes", relative_changes(found), words))
-    for k, change in enumerate(found.changes, 2):
+        out.append(Plot("changes", "changes", relative_changes(comparison), words))
+    for k, change in enumerate(comparison.changes, 2):
         end = f"-{k}" if several else ""
         of_parts, of_shares = (
             f"{section}{f'_{k}' if several else ''}" for section in ("parts", "parts_shares")
@@ -62,7 +62,7 @@ def compare_plots(found: Comparison) -> list[Plot]:
                 Plot(
                     f"parts{end}",
                     of_parts,
-                    budgets(found, change),
+                    budgets(comparison, change),
                     "Bars of the r.m.s. error of each part by itself in both arms.",
                 )
             )
@@ -75,17 +75,17 @@ def compare_plots(found: Comparison) -> list[Plot]:
                     "Bars of the share of each part in the change of the r.m.s. error.",
                 )
             )
-    for k, change in enumerate(found.changes, 2):
-        out += _apart(found, change, f"-{k}" if several else "")
+    for k, change in enumerate(comparison.changes, 2):
+        out += _apart(comparison, change, f"-{k}" if several else "")
     words = "Share of all positions whose error is below each value, a curve for each arm."
-    return [*out, Plot("distribution", "changes", distribution(found), words)]
+    return [*out, Plot("distribution", "changes", distribution(comparison), words)]
 
 
-def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
+def _apart(comparison: Comparison, change: Change, end: str) -> list[Plot]:
     """Return the sections through the workspace of the first arm with the distance of the commanded
     tool points; none where it is zero.
     """
-    apart, first = change.apart, found.arms[0].arm
+    apart, first = change.apart, comparison.arms[0].arm
     if apart is None or apart.is_zero:
         return []
     unit, axes = (
@@ -112,11 +112,11 @@ def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
     ]
 
 
-def _relative(found: Comparison, change: Change) -> list[tuple[str, Estimate]]:
+def _relative(comparison: Comparison, change: Change) -> list[tuple[str, Estimate]]:
     """Return the relative changes (%) of the figures of accuracy, each with its name."""
     out = []
-    for measure in found.measures:
-        before, size = measure.value(found.arms[0]).value, change.figures[measure.key]
+    for measure in comparison.measures:
+        before, size = measure.value(comparison.arms[0]).value, change.figures[measure.key]
         if measure.group == "accuracy" and before and math.isfinite(size.value):
             out.append(
                 (
@@ -127,14 +127,14 @@ def _relative(found: Comparison, change: Change) -> list[tuple[str, Estimate]]:
     return out
 
 
-def relative_changes(found: Comparison) -> Figure:
+def relative_changes(comparison: Comparison) -> Figure:
     """Draw the relative change of each figure of accuracy against the first arm, with its interval,
     and a line at zero.
     """
-    drawn = [(change.arm.label, _relative(found, change)) for change in found.changes]
+    drawn = [(change.arm.label, _relative(comparison, change)) for change in comparison.changes]
     names = [name for name, _ in drawn[0][1]]
     figure, on = one(
-        f"Change against {label(found.arms[0].label)}", 30 + (5 + 3 * len(drawn)) * len(names)
+        f"Change against {label(comparison.arms[0].label)}", 30 + (5 + 3 * len(drawn)) * len(names)
     )
     for k, (name, changes) in enumerate(drawn):
         colour, lift = _COLOURS[k + 1], (k - (len(drawn) - 1) / 2) * _APART
@@ -161,16 +161,16 @@ def relative_changes(found: Comparison) -> Figure:
     return figure
 
 
-def distribution(found: Comparison) -> Figure:
+def distribution(comparison: Comparison) -> Figure:
     """Draw the share of all positions whose error is below each value, a curve for each arm, with
     its 95th percentile.
     """
     figure, on = one("Distribution of the position error", 80)
     grid(on, "both")
-    within = measure_of(found, "p95")
-    levels = [within.value(each).value for each in found.arms] if within is not None else []
+    within = measure_of(comparison, "p95")
+    levels = [within.value(each).value for each in comparison.arms] if within is not None else []
     unit = unit_of_length(max(levels, default=0.0))
-    for each, level, colour in zip(found.arms, levels, _COLOURS, strict=False):
+    for each, level, colour in zip(comparison.arms, levels, _COLOURS, strict=False):
         counts = each.sampled.replicate_hist.sum(axis=0)
         below = np.concatenate([[0], np.cumsum(counts)])
         occupied = np.flatnonzero(counts)
@@ -197,7 +197,7 @@ def distribution(found: Comparison) -> Figure:
     return figure
 
 
-def budgets(found: Comparison, change: Change) -> Figure:
+def budgets(comparison: Comparison, change: Change) -> Figure:
     """Draw the r.m.s. error of each part by itself in both arms, side by side."""
     shown = sorted(change.parts, key=lambda each: -max(each.before or 0.0, each.after or 0.0))[
         :_PARTS
@@ -208,7 +208,7 @@ def budgets(found: Comparison, change: Change) -> Figure:
     ]
     unit = unit_of_length(float(max(values[0].max(), values[1].max())))
     figure, on = one("R.m.s. error of each part by itself", 30 + 8 * len(shown))
-    labels = (found.arms[0].label, change.arm.label)
+    labels = (comparison.arms[0].label, change.arm.label)
     grouped(
         on,
         [

@@ -65,14 +65,14 @@ _GROUPINGS: Final[dict[Grouping, str]] = {
 _MOST_ROWS: Final = 30
 
 
-def changes_section(found: Comparison, group: Group) -> Section:
+def changes_section(comparison: Comparison, group: Group) -> Section:
     """Return the main tables: every figure of the first arm of this group, and its change in the
     others.
     """
-    first, *others = found.arms
+    first, *others = comparison.arms
     two = len(others) == 1
     rows = []
-    for measure in (each for each in found.measures if each.group == group):
+    for measure in (each for each in comparison.measures if each.group == group):
         before = measure.value(first)
         figures = (
             [figure(before, measure.unit)]
@@ -82,10 +82,10 @@ def changes_section(found: Comparison, group: Group) -> Section:
         if two:
             other = figure(measure.value(others[0]), measure.unit, counted(others[0]))
             figures.append(_alone(other, None if measure.exact else others[0]))
-        estimates = [change.figures[measure.key] for change in found.changes]
+        estimates = [change.figures[measure.key] for change in comparison.changes]
         figures += [
             figure(each, measure.unit, counted(change.arm))
-            for each, change in zip(estimates, found.changes, strict=True)
+            for each, change in zip(estimates, comparison.changes, strict=True)
         ]
         remarks = [remark(each, exact=measure.exact) for each in estimates]
         note = (
@@ -93,7 +93,7 @@ def changes_section(found: Comparison, group: Group) -> Section:
             if two
             else "; ".join(
                 f"{change.arm.label}: {text}"
-                for text, change in zip(remarks, found.changes, strict=True)
+                for text, change in zip(remarks, comparison.changes, strict=True)
                 if text
             )
         )
@@ -107,15 +107,15 @@ def changes_section(found: Comparison, group: Group) -> Section:
     return Section(key, title, columns, tuple(rows), note)
 
 
-def _alone(found: Cell, of: ComparedArm | None) -> Cell:
+def _alone(cell: Cell, of: ComparedArm | None) -> Cell:
     """Return a figure without its interval, which stands in another table; an error of an arm that
     misses kinds of error as a bound.
     """
-    sign = sign_of(of.known) if of is not None and found.unit == "m" else ""
-    return replace(found.alone, bound=sign)
+    sign = sign_of(of.known) if of is not None and cell.unit == "m" else ""
+    return replace(cell.alone, bound=sign)
 
 
-def values_section(found: Comparison) -> Section:
+def values_section(comparison: Comparison) -> Section:
     """Return the table of the values in which the files differ."""
     rows = tuple(
         Row(
@@ -123,7 +123,7 @@ def values_section(found: Comparison) -> Section:
             tuple(in_words(text) for text in each.texts),
             key=key_of(f"{each.parts[0]} {each.key}"),
         )
-        for each in found.values
+        for each in comparison.values
     )
     note = (
         "in brackets why a value is not a stated fact; -: the arm has none"
@@ -136,16 +136,18 @@ def values_section(found: Comparison) -> Section:
         else ""
     )
     return Section(
-        "values", "What differs", tuple(each.label for each in found.arms), rows, note, folded
+        "values", "What differs", tuple(each.label for each in comparison.arms), rows, note, folded
     )
 
 
-def parts_sections(found: Comparison, change: Change, index: int) -> list[Section]:
+def parts_sections(comparison: Comparison, change: Change, index: int) -> list[Section]:
     """Return the error of each part, and of each kind of error, in both arms, and their shares in
     the change of one arm.
     """
-    end, of = ("", "") if len(found.changes) == 1 else (f"_{index + 2}", f": {change.arm.label}")
-    columns = (found.arms[0].label, change.arm.label, "change")
+    end, of = (
+        ("", "") if len(comparison.changes) == 1 else (f"_{index + 2}", f": {change.arm.label}")
+    )
+    columns = (comparison.arms[0].label, change.arm.label, "change")
     sections = []
     for key, title in _GROUPINGS.items():
         items = change.by[key]
@@ -220,13 +222,13 @@ def _shares(key: str, title: str, change: Change, grouping: Grouping) -> Section
     )
 
 
-def states_sections(found: Comparison) -> list[Section]:
+def states_sections(comparison: Comparison) -> list[Section]:
     """Return the table of joints whose errors are stated, assumed or ideal in only some arms."""
-    if not found.states:
+    if not comparison.states:
         return []
     rows = tuple(
         Row(f"{each.place}, {each.kind}", tuple(map(in_words, each.states)))
-        for each in found.states
+        for each in comparison.states
     )
     note = (
         "ideal: nothing is described, taken as perfect; assumed: some value behind it is; -: "
@@ -236,39 +238,41 @@ def states_sections(found: Comparison) -> list[Section]:
         Section(
             "states",
             "What is not equally well known",
-            tuple(each.label for each in found.arms),
+            tuple(each.label for each in comparison.arms),
             rows,
             note,
         )
     ]
 
 
-def figures_section(found: Comparison) -> Section:
+def figures_section(comparison: Comparison) -> Section:
     """Return the table of the errors of each arm."""
     rows = tuple(
         Row(
             measure.name,
-            tuple(figure(measure.value(each), measure.unit, counted(each)) for each in found.arms),
+            tuple(
+                figure(measure.value(each), measure.unit, counted(each)) for each in comparison.arms
+            ),
             key=measure.key,
         )
-        for measure in found.measures
+        for measure in comparison.measures
     )
     return Section(
         "figures",
         "Every arm by itself",
-        tuple(each.label for each in found.arms),
+        tuple(each.label for each in comparison.arms),
         rows,
         "as a study of each arm reports them",
     )
 
 
-def drives_section(found: Comparison) -> Section:
+def drives_section(comparison: Comparison) -> Section:
     """Return the table of the torques that the drives hold."""
-    names = list(dict.fromkeys(joint.name for each in found.arms for joint in each.arm.driven))
+    names = list(dict.fromkeys(joint.name for each in comparison.arms for joint in each.arm.driven))
     rows = []
     for name in names:
         cells, shares = [], []
-        for each in found.arms:
+        for each in comparison.arms:
             at = next((k for k, joint in enumerate(each.arm.driven) if joint.name == name), None)
             if at is None:
                 cells.append(in_words(ABSENT))
@@ -286,13 +290,13 @@ def drives_section(found: Comparison) -> Section:
     return Section(
         "drives",
         "Static load of each drive",
-        tuple(each.label for each in found.arms),
+        tuple(each.label for each in comparison.arms),
         tuple(rows),
         "largest over the poses, base as stated",
     )
 
 
-def arms_section(found: Comparison) -> Section:
+def arms_section(comparison: Comparison) -> Section:
     """Return the table of the number of moving joints, mass and payload of each arm."""
     rows = tuple(
         Row(
@@ -304,16 +308,16 @@ def arms_section(found: Comparison) -> Section:
             ),
             f"{each.arm.name}: {about_arm(each.arm)}; {counted(each)}",
         )
-        for each in found.arms
+        for each in comparison.arms
     )
     return Section("arms", "The arms", ("moving joints", "mass", "payload"), rows)
 
 
-def check_section(found: Comparison) -> Section:
+def check_section(comparison: Comparison) -> Section:
     """Return the table of the difference between first order and exact composition."""
     rows = []
-    for each in found.arms:
-        check, error = each.sampled.exact, within_of(found, each)
+    for each in comparison.arms:
+        check, error = each.sampled.exact, within_of(comparison, each)
         sizes = (length(check.largest), Cell(share_neglected(check, error), "%"))
         rows.append(Row(each.label, sizes, judged(check, error)))
     return Section(

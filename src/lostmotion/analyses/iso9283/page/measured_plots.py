@@ -110,12 +110,12 @@ def side_by_side(compared: list[ComparedFigure]) -> Figure:
     return made
 
 
-def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> Figure:
+def measured_accuracy(measured: MeasuredLoad, title: str = "Measured AP_p") -> Figure:
     """Return bars or a histogram of measured AP_p over the poses, with commanded and with best-fit
     frames.
     """
-    raw = np.array([pose.accuracy.value for pose in found.poses])
-    fitted = np.array([pose.fitted for pose in found.poses])
+    raw = np.array([pose.accuracy.value for pose in measured.poses])
+    fitted = np.array([pose.fitted for pose in measured.poses])
     unit = unit_of_length(float(raw.max()))
     factor = factor_of(unit)
     made, on = one(title, 76)
@@ -139,7 +139,7 @@ def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> Figu
             )
     if not many:
         on.set_xticks(
-            range(len(raw)), [label(pose.name) for pose in found.poses], color=LIGHT["ink"]
+            range(len(raw)), [label(pose.name) for pose in measured.poses], color=LIGHT["ink"]
         )
         on.tick_params(axis="x", length=0, labelrotation=0 if len(raw) < _UPRIGHT_NAMES else 90)
     label_axes(on, f"AP_p [{unit}]" if many else "pose", "poses [1]" if many else f"AP_p [{unit}]")
@@ -147,9 +147,9 @@ def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> Figu
     return made
 
 
-def measured_path(found: MeasuredRobot) -> Figure:
+def measured_path(measured: MeasuredRobot) -> Figure:
     """Return measured AT and RT along each path under each load, with a point for each plane."""
-    drawn = [(load, path) for load in found.loads for path in load.paths]
+    drawn = [(load, path) for load in measured.loads for path in load.paths]
     made = figure(96)
     panels = axes(made, "Measured along the path", rows=2, sharex=True)[:, 0]
     several = len({path.name for _, path in drawn}) > 1
@@ -158,7 +158,7 @@ def measured_path(found: MeasuredRobot) -> Figure:
         unit = unit_of_length(max(float(path.profile[row].max()) for _, path in drawn))
         for k, (load, path) in enumerate(drawn):
             name = measured_label(
-                f"measured{f', {label(path.name)}' if several else ''}", load, found.loads
+                f"measured{f', {label(path.name)}' if several else ''}", load, measured.loads
             )
             values = path.profile[row] * factor_of(unit)
             on.plot(

@@ -193,12 +193,12 @@ def _measured(measured: MeasuredRobot) -> list[Plot]:
     return drawn
 
 
-def cube(found: PredictedRobots) -> Figure:
+def cube(predicted: PredictedRobots) -> Figure:
     """Return the test cube in the workspace from above and from the side: cube, its plane, five
     poses, the path and the reachable area, mm.
     """
-    cloud = tool_points(found.arm, sample_poses(found.arm, _POINTS).q) * 1e3
-    corners, five = found.cube.corners * 1e3, found.cube.poses[:, :3, 3] * 1e3
+    cloud = tool_points(predicted.arm, sample_poses(predicted.arm, _POINTS).q) * 1e3
+    corners, five = predicted.cube.corners * 1e3, predicted.cube.poses[:, :3, 3] * 1e3
     made = figure(88)
     for on, (across, up) in zip(
         axes(made, "Test cube in the workspace", columns=2)[0], ((0, 1), (0, 2)), strict=True
@@ -209,7 +209,7 @@ def cube(found: PredictedRobots) -> Figure:
         for points, name, colour, line in (
             (corners[list(_EDGES)], "test cube", LIGHT["ink"], "-"),
             (corners[list(_PLANE)], "plane C1-C2-C7-C8", LIGHT["robot"], "--"),
-            (five[list(found.path_ends)], "path", LIGHT["design"], "-"),
+            (five[list(predicted.path_ends)], "path", LIGHT["design"], "-"),
         ):
             on.plot(
                 points[:, across],
@@ -246,18 +246,18 @@ def cube(found: PredictedRobots) -> Figure:
     return made
 
 
-def accuracy(found: PredictedRobots) -> Figure:
+def accuracy(predicted: PredictedRobots) -> Figure:
     """Return bars of the 95th percentile of AP_p at each pose and load, with commanded and with
     best-fit frames.
     """
     top = max(
         float(over_robots(sheet.accuracy[k]).high.value)
-        for sheet in found.loads
+        for sheet in predicted.loads
         for k in range(len(NAMES))
     )
     unit = unit_of_length(top)
     rows = []
-    for sheet, pale in zip(found.loads, _PALE, strict=False):
+    for sheet, pale in zip(predicted.loads, _PALE, strict=False):
         for values, colour, name in (
             (sheet.accuracy, LIGHT["robot"], "commanded frames"),
             (sheet.fitted, LIGHT["visit"], "best-fit frames"),
@@ -308,16 +308,18 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> Figure:
     return made
 
 
-def path(found: PredictedRobots) -> Figure:
+def path(predicted: PredictedRobots) -> Figure:
     """Return AT and RT along the line: mean and 95th percentile over robots at each point."""
-    a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
-    along = np.linspace(0, float(np.linalg.norm(b - a)) * 1e3, found.path_points)
+    a, b = (predicted.cube.poses[k, :3, 3] for k in predicted.path_ends)
+    along = np.linspace(0, float(np.linalg.norm(b - a)) * 1e3, predicted.path_points)
     made = figure(100)
     panels = axes(made, "Along the path", rows=2, sharex=True)[:, 0]
     for row, (on, word) in enumerate(zip(panels, ("AT", "RT"), strict=True)):
         grid(on)
-        unit = unit_of_length(max(float(sheet.path_profile[row].max()) for sheet in found.loads))
-        for sheet, pale in zip(found.loads, _PALE, strict=False):
+        unit = unit_of_length(
+            max(float(sheet.path_profile[row].max()) for sheet in predicted.loads)
+        )
+        for sheet, pale in zip(predicted.loads, _PALE, strict=False):
             for k, (name, colour, line) in enumerate(
                 (("mean", LIGHT["robot"], "-"), ("95th percentile", LIGHT["warn"], "--"))
             ):
@@ -329,21 +331,23 @@ def path(found: PredictedRobots) -> Figure:
                     linestyle=line,
                     alpha=pale,
                     linewidth=1.5,
-                    label=load_label(name, sheet.load, found.loads),
+                    label=load_label(name, sheet.load, predicted.loads),
                 )
         on.set_ylim(bottom=0)
         label_axes(on, y=f"{word} [{unit}]")
-    label_axes(panels[1], f"distance along {' to '.join(NAMES[k] for k in found.path_ends)} [mm]")
+    label_axes(
+        panels[1], f"distance along {' to '.join(NAMES[k] for k in predicted.path_ends)} [mm]"
+    )
     legend(made)
     return made
 
 
-def drift(found: Drift) -> Figure:
+def drift(drifted: Drift) -> Figure:
     """Return AP_p at P1 during warm-up: mean over robots and range from the 5th to the 95th
     percentile.
     """
-    hours = found.time / 3600
-    low, high = np.quantile(found.accuracy, [0.05, 0.95], axis=1)
+    hours = drifted.time / 3600
+    low, high = np.quantile(drifted.accuracy, [0.05, 0.95], axis=1)
     unit = unit_of_length(float(high.max()))
     factor = factor_of(unit)
     made, on = one("AP_p at P1 during warm-up", 76)
@@ -359,7 +363,7 @@ def drift(found: Drift) -> Figure:
     )
     on.plot(
         hours,
-        found.accuracy.mean(axis=1) * factor,
+        drifted.accuracy.mean(axis=1) * factor,
         color=LIGHT["robot"],
         linewidth=1.6,
         label="mean over robots",

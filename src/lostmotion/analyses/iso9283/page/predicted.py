@@ -36,35 +36,35 @@ _AXES: Final = ("x", "y", "z", "a", "b", "c")
 _SPREAD: Final = ("mean", "95th percentile")
 
 
-def predicted_sections(found: PredictedRobots, drifted: Drift | None) -> list[Section]:
+def predicted_sections(predicted: PredictedRobots, drifted: Drift | None) -> list[Section]:
     """Return the tables of the predicted robots, in reading order."""
     return [
-        _cube(found),
-        _poses(found),
-        *(_accuracy(found, sheet) for sheet in found.loads),
-        _fitted(found),
-        *(_repeatability(found, sheet) for sheet in found.loads),
-        _either_side(found),
-        *_by_axis(found),
-        *([_axes_of_makers(found)] if found.axes else []),
-        _sides(found),
-        _distance(found),
-        _path(found),
-        *([] if drifted is None else [_drift(found, drifted)]),
-        _check(found),
+        _cube(predicted),
+        _poses(predicted),
+        *(_accuracy(predicted, sheet) for sheet in predicted.loads),
+        _fitted(predicted),
+        *(_repeatability(predicted, sheet) for sheet in predicted.loads),
+        _either_side(predicted),
+        *_by_axis(predicted),
+        *([_axes_of_makers(predicted)] if predicted.axes else []),
+        _sides(predicted),
+        _distance(predicted),
+        _path(predicted),
+        *([] if drifted is None else [_drift(predicted, drifted)]),
+        _check(predicted),
     ]
 
 
-def _counted(found: PredictedRobots) -> str:
-    return f"{several(found.robots, 'robot')} x {several(found.cycles, 'visit')}"
+def _counted(predicted: PredictedRobots) -> str:
+    return f"{several(predicted.robots, 'robot')} x {several(predicted.cycles, 'visit')}"
 
 
 def _percent(load: float) -> str:
     return f"{100 * load:.0f} % of the payload"
 
 
-def _cube(found: PredictedRobots) -> Section:
-    cube = found.cube
+def _cube(predicted: PredictedRobots) -> Section:
+    cube = predicted.cube
     steps = (
         "" if math.isnan(cube.resolution) else f"last search step {cube.resolution * 1e3:.0f} mm"
     )
@@ -101,15 +101,15 @@ def _place(value: float) -> Cell:
     return Cell(round(float(value), 8) + 0.0, "mm", stated=True)
 
 
-def _poses(found: PredictedRobots) -> Section:
+def _poses(predicted: PredictedRobots) -> Section:
     rows = []
     for k, name in enumerate(NAMES):
-        joints = joint_values(found.arm, found.cube.q[k] + 0.0)  # without negative zero
-        signs = "".join("+" if sign > 0 else "-" for sign in found.approach[k])
+        joints = joint_values(predicted.arm, predicted.cube.q[k] + 0.0)  # without negative zero
+        signs = "".join("+" if sign > 0 else "-" for sign in predicted.approach[k])
         rows.append(
             (
                 name,
-                *(_place(x) for x in found.cube.poses[k, :3, 3]),
+                *(_place(x) for x in predicted.cube.poses[k, :3, 3]),
                 f"{joints}; direction of arrival {signs}",
             )
         )
@@ -146,7 +146,7 @@ def _by_pose(values: Floats) -> dict[str, Floats]:
 
 
 def _both_loads(
-    found: PredictedRobots,
+    predicted: PredictedRobots,
     key: str,
     title: str,
     values: Sequence[Floats],
@@ -157,8 +157,8 @@ def _both_loads(
     """Return a table of the 95th percentile over robots of values (pose, robot), one column for
     each load.
     """
-    shown, counted = scatter_figure if scatter else estimate_figure, _counted(found)
-    columns = tuple(f"{_SPREAD[1]}, {100 * sheet.load:.0f} % load" for sheet in found.loads)
+    shown, counted = scatter_figure if scatter else estimate_figure, _counted(predicted)
+    columns = tuple(f"{_SPREAD[1]}, {100 * sheet.load:.0f} % load" for sheet in predicted.loads)
     at = [_by_pose(each) for each in values]
     rows = [
         (name, *(shown(over_robots(each[name]).high, counted) for each in at)) for name in at[0]
@@ -166,25 +166,25 @@ def _both_loads(
     return table(key, title, columns, rows, note)
 
 
-def _accuracy(found: PredictedRobots, sheet: LoadSheet) -> Section:
-    counted = _counted(found)
+def _accuracy(predicted: PredictedRobots, sheet: LoadSheet) -> Section:
+    counted = _counted(predicted)
     rows = [_mean_and_p95(name, each, counted) for name, each in _by_pose(sheet.accuracy).items()]
     title = f"AP_p, {_percent(sheet.load)}"
     return table(f"ap{100 * sheet.load:.0f}", title, _SPREAD, rows, "with the commanded frames")
 
 
-def _fitted(found: PredictedRobots) -> Section:
+def _fitted(predicted: PredictedRobots) -> Section:
     return _both_loads(
-        found,
+        predicted,
         "fitted",
         "AP_p with best-fit frames",
-        [sheet.fitted for sheet in found.loads],
+        [sheet.fitted for sheet in predicted.loads],
         "after the least-squares fit of each robot's base frame (six parameters) to its five "
         "barycentres (15 coordinates)",
     )
 
 
-def _repeatability(found: PredictedRobots, sheet: LoadSheet) -> Section:
+def _repeatability(predicted: PredictedRobots, sheet: LoadSheet) -> Section:
     note = (
         "every joint arrives from one side, as in the standard's cycle. Scatter from visit to "
         "visit as described by the parts "
@@ -194,10 +194,10 @@ def _repeatability(found: PredictedRobots, sheet: LoadSheet) -> Section:
     if sheet.repeatability.max() >= NO_SCATTER:
         note += (
             f". Expected for normal scatter of the same covariance: {_each(sheet.expected)} at "
-            f"P1 to P5 with {found.cycles} visits, "
+            f"P1 to P5 with {predicted.cycles} visits, "
             f"{_each(sheet.limit)} with many visits"
         )
-    counted = _counted(found)
+    counted = _counted(predicted)
     rows = [
         _mean_and_p95(name, each, counted, scatter=True)
         for name, each in _by_pose(sheet.repeatability).items()
@@ -210,20 +210,20 @@ def _each(values: Floats) -> str:
     return ", ".join(str(length(float(x))) for x in values)
 
 
-def _either_side(found: PredictedRobots) -> Section:
+def _either_side(predicted: PredictedRobots) -> Section:
     return _both_loads(
-        found,
+        predicted,
         "either",
         f"RP_l, {ANY_APPROACH}",
-        [sheet.random_approach for sheet in found.loads],
+        [sheet.random_approach for sheet in predicted.loads],
         "not the standard's cycle: joints arrive from either side at random, so all backlash that "
         "no load closes counts",
         scatter=True,
     )
 
 
-def _by_axis(found: PredictedRobots) -> list[Section]:
-    sheet, counted = found.loads[0], _counted(found)
+def _by_axis(predicted: PredictedRobots) -> list[Section]:
+    sheet, counted = predicted.loads[0], _counted(predicted)
     accurate, repeats = [], []
     for k, name in enumerate(NAMES):
         for axis, letter in enumerate(_AXES):
@@ -252,17 +252,17 @@ def _by_axis(found: PredictedRobots) -> list[Section]:
     ]
 
 
-def _axes_of_makers(found: PredictedRobots) -> Section:
-    counted = f"{several(found.robots, 'robot')} x {APPROACHES} approaches from each side"
+def _axes_of_makers(predicted: PredictedRobots) -> Section:
+    counted = f"{several(predicted.robots, 'robot')} x {APPROACHES} approaches from each side"
     rows = [
         _mean_and_p95(
             f"{each.axis}, {name}", values, counted, angle=each.turns, scatter=name == REPEATABILITY
         )
-        for each in found.axes
+        for each in predicted.axes
         for name, values in each.stated.items()
     ]
     travels = []
-    for each in found.axes:
+    for each in predicted.axes:
         unit, factor = ("deg", math.degrees(1)) if each.turns else ("mm", 1e3)
         low, high = (factor * each.travel).round(1).tolist()
         travels.append(f"{each.axis} {low:g} … {high:g} {unit}")
@@ -276,14 +276,14 @@ def _axes_of_makers(found: PredictedRobots) -> Section:
     return table("positioning", "Positioning by axis", _SPREAD, rows, note)
 
 
-def _sides(found: PredictedRobots) -> Section:
-    counted = f"{_counted(found)} from each side"
+def _sides(predicted: PredictedRobots) -> Section:
+    counted = f"{_counted(predicted)} from each side"
     rows = [
         _mean_and_p95(
-            load_label(NAMES[k], sheet.load, found.loads), sheet.multi_directional[row], counted
+            load_label(NAMES[k], sheet.load, predicted.loads), sheet.multi_directional[row], counted
         )
         for row, k in enumerate(FROM_THREE_SIDES)
-        for sheet in found.loads
+        for sheet in predicted.loads
     ]
     return table(
         "vap",
@@ -297,19 +297,19 @@ def _sides(found: PredictedRobots) -> Section:
     )
 
 
-def _distance(found: PredictedRobots) -> Section:
-    counted = _counted(found)
+def _distance(predicted: PredictedRobots) -> Section:
+    counted = _counted(predicted)
     ends = f"{NAMES[DISTANCE[0]]}-{NAMES[DISTANCE[1]]}"
     rows = [
         _mean_and_p95(
-            load_label(f"{name}, {ends}", sheet.load, found.loads),
+            load_label(f"{name}, {ends}", sheet.load, predicted.loads),
             sheet.distance[k],
             counted,
             signed=name == "AD_p",
             scatter=name == "RD",
         )
         for k, name in enumerate(("AD_p", "RD"))
-        for sheet in found.loads
+        for sheet in predicted.loads
     ]
     return table(
         "distance",
@@ -321,33 +321,33 @@ def _distance(found: PredictedRobots) -> Section:
     )
 
 
-def _path(found: PredictedRobots) -> Section:
+def _path(predicted: PredictedRobots) -> Section:
     counted = (
-        f"{several(found.robots, 'robot')} x {several(found.path_cycles, 'cycle')} x "
-        f"{several(found.path_points, 'point')}"
+        f"{several(predicted.robots, 'robot')} x {several(predicted.path_cycles, 'cycle')} x "
+        f"{several(predicted.path_points, 'point')}"
     )
-    a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
-    start, end = (NAMES[k] for k in found.path_ends)
+    a, b = (predicted.cube.poses[k, :3, 3] for k in predicted.path_ends)
+    start, end = (NAMES[k] for k in predicted.path_ends)
     rows = [
         _mean_and_p95(
-            load_label(word, sheet.load, found.loads),
+            load_label(word, sheet.load, predicted.loads),
             sheet.path[k],
             counted,
             angle=word[-1] in "abc",
             scatter=word.startswith("RT"),
         )
         for k, word in enumerate(PATH_FIGURES)
-        for sheet in found.loads
+        for sheet in predicted.loads
     ]
     rows += [
         _mean_and_p95(
-            load_label("reversal error", sheet.load, found.loads), sheet.path_reversal, counted
+            load_label("reversal error", sheet.load, predicted.loads), sheet.path_reversal, counted
         )
-        for sheet in found.loads
+        for sheet in predicted.loads
     ]
     worst = (
-        float(found.loads[0].path_profile[0, :, 0].argmax())
-        / (found.path_points - 1)
+        float(predicted.loads[0].path_profile[0, :, 0].argmax())
+        / (predicted.path_points - 1)
         * float(np.linalg.norm(b - a))
     )
     return table(
@@ -357,16 +357,16 @@ def _path(found: PredictedRobots) -> Section:
         rows,
         "straight line, in planes normal to it, each figure at its worst point; AT_a, AT_b, "
         "AT_c as magnitudes. Mean AT_p is largest "
-        f"{length(worst)} from {start}; RT_p of {found.path_cycles} cycles "
+        f"{length(worst)} from {start}; RT_p of {predicted.path_cycles} cycles "
         "at the worst of many points is larger than at one. Reversal error: largest distance "
         "between the line followed in either direction, by the sides of the joints",
     )
 
 
-def _drift(found: PredictedRobots, drifted: Drift) -> Section:
+def _drift(predicted: PredictedRobots, drifted: Drift) -> Section:
     warm, hours = drifted.warm_up, drifted.time[-1] / 3600
     shift = length(float(np.linalg.norm(drifted.shift[-1])))
-    counted = f"{several(found.robots, 'robot')}, {hours:.0f} h"
+    counted = f"{several(predicted.robots, 'robot')}, {hours:.0f} h"
     return table(
         "drift",
         "Drift dAP_p",
@@ -384,8 +384,8 @@ def _drift(found: PredictedRobots, drifted: Drift) -> Section:
     )
 
 
-def _check(found: PredictedRobots) -> Section:
-    check = found.check
+def _check(predicted: PredictedRobots) -> Section:
+    check = predicted.check
     largest = length(check.largest, samples=several(check.samples, "visit"))
     return table(
         "check",

@@ -121,9 +121,9 @@ def _side_by_side(each: ComparedFigure) -> tuple[Any, ...]:
     return f"{each.name}, {each.pose}", low.alone, high.alone, value, word
 
 
-def positioning_sections(found: MeasuredRobot) -> list[Section]:
+def positioning_sections(measured: MeasuredRobot) -> list[Section]:
     """Return a table of each axis."""
-    lines = _lines(found)
+    lines = _lines(measured)
     out = []
     for number, line in enumerate(lines[:_MOST_LINES]):
         sides = [cut(side, LONGEST_SIDE) for side in line.sides]
@@ -157,11 +157,11 @@ def positioning_sections(found: MeasuredRobot) -> list[Section]:
     return out
 
 
-def positioning_sentence(found: MeasuredRobot) -> str:
+def positioning_sentence(measured: MeasuredRobot) -> str:
     """Return the sentence of the headline: accuracy, repeatability and reversal value of each axis;
     empty without one.
     """
-    lines = _lines(found)
+    lines = _lines(measured)
     each = (
         f"{_name(line, lines)}: "
         + ", ".join(
@@ -172,9 +172,9 @@ def positioning_sentence(found: MeasuredRobot) -> str:
     return f"By ISO 230-2, from both sides: {'; '.join(each)}." if lines else ""
 
 
-def positioning_cards(found: MeasuredRobot) -> list[Card]:
+def positioning_cards(measured: MeasuredRobot) -> list[Card]:
     """Return the cards of the first axis."""
-    lines = _lines(found)[:1]
+    lines = _lines(measured)[:1]
     return [
         Card(
             f"{name} measured",
@@ -186,7 +186,7 @@ def positioning_cards(found: MeasuredRobot) -> list[Card]:
     ]
 
 
-def positioning_facts(found: MeasuredRobot) -> list[dict[str, Any]]:
+def positioning_facts(measured: MeasuredRobot) -> list[dict[str, Any]]:
     """Return the figures of each axis for result.json, m."""
     return [
         {
@@ -200,13 +200,13 @@ def positioning_facts(found: MeasuredRobot) -> list[dict[str, Any]]:
             "deviation_m": line.deviation.tolist(),
             "figures_m": line.figures,
         }
-        for load in found.loads
+        for load in measured.loads
         for line in load.axes
     ]
 
 
-def _lines(found: MeasuredRobot) -> list[AxisPositioning]:
-    return [line for load in found.loads for line in load.axes]
+def _lines(measured: MeasuredRobot) -> list[AxisPositioning]:
+    return [line for load in measured.loads for line in load.axes]
 
 
 def _at(line: AxisPositioning) -> str:

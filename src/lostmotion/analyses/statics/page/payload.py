@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 _NO_LIMIT: Final = "no limit"
 
 
-def payload_sentences(arm: Arm, found: MaxPayload | None, known: States) -> list[str]:
+def payload_sentences(arm: Arm, payload: MaxPayload | None, known: States) -> list[str]:
     """Return the sentences of the headline: the largest payload at every pose, what governs it, and
     what limits nothing for want of data.
     """
-    if found is None:
+    if payload is None:
         return []
-    governing, out = found.governing, []
+    governing, out = payload.governing, []
     if governing is not None and governing.everywhere > 0:
         out.append(
-            f"The largest payload at every pose is {_bounded(governing, found, known)}; "
+            f"The largest payload at every pose is {_bounded(governing, payload, known)}; "
             f"{_cause(arm, governing)} governs."
         )
     elif governing is not None:
@@ -39,60 +39,60 @@ def payload_sentences(arm: Arm, found: MaxPayload | None, known: States) -> list
             f"No payload is held at every pose: without any, {_exceeded(arm, governing)} at "
             f"{count} of {several(len(governing.values), 'pose')}."
         )
-    if _nothing_rated(found):
+    if _nothing_rated(payload):
         out.append(
             "No drive that the payload loads has a rated torque, so the drives set no limit: "
             "that is missing data, not strength."
         )
-    elif found.unrated:
-        whose = "its load is" if len(found.unrated) == 1 else "their loads are"
+    elif payload.unrated:
+        whose = "its load is" if len(payload.unrated) == 1 else "their loads are"
         out.append(
-            f"No rated torque is stated for {', '.join(found.unrated)}: {whose} not counted."
+            f"No rated torque is stated for {', '.join(payload.unrated)}: {whose} not counted."
         )
-    unknown = _not_known(found, known)
+    unknown = _not_known(payload, known)
     if unknown:
         out.append(
             f"No error that grows with the payload is described, so {' and '.join(unknown)} set no "
             "limit: that is missing data, not strength."
         )
-    elif governing is None and not found.unrated:
+    elif governing is None and not payload.unrated:
         out.append("None of these criteria limits the payload.")
     return out
 
 
-def payload_cards(arm: Arm, found: MaxPayload | None, known: States) -> list[Card]:
+def payload_cards(arm: Arm, payload: MaxPayload | None, known: States) -> list[Card]:
     """Return a card with the largest payload at every pose, and what governs it."""
-    if found is None:
+    if payload is None:
         return []
-    governing = found.governing
+    governing = payload.governing
     if governing is None:
         return [
             Card(
                 "largest payload, every pose",
-                "not known" if found.unrated or _not_known(found, known) else _NO_LIMIT,
-                _counted_by(found),
+                "not known" if payload.unrated or _not_known(payload, known) else _NO_LIMIT,
+                _counted_by(payload),
             )
         ]
     return [
         Card(
             "largest payload, every pose",
-            _bounded(governing, found, known),
+            _bounded(governing, payload, known),
             f"{_cause(arm, governing)} governs, pose {governing.worst}",
         )
     ]
 
 
-def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[Section, ...]:
+def payload_section(arm: Arm, payload: MaxPayload | None, known: States) -> tuple[Section, ...]:
     """Return the table of the largest payload by each criterion: at every pose, at the median and
     at the best pose.
     """
-    if found is None:
+    if payload is None:
         return ()
-    rows = [_row(arm, found, each, known) for each in found.limits]
+    rows = [_row(arm, payload, each, known) for each in payload.limits]
     base = (
         "as the base stands"
-        if found.tilt is None
-        else f"base tilted by up to {math.degrees(found.tilt):.3g}°"
+        if payload.tilt is None
+        else f"base tilted by up to {math.degrees(payload.tilt):.3g}°"
     )
     note = (
         f"static, without acceleration; payload with its stated centre of mass; {base} for the "
@@ -101,25 +101,25 @@ def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[
         "by the weights of arm and payload, first order, without "
         "play. Accuracy: error that 95 % of the positions at a pose stay within"
     )
-    if found.unrated:
-        note += f". Not rated, so not counted: {', '.join(found.unrated)}"
+    if payload.unrated:
+        note += f". Not rated, so not counted: {', '.join(payload.unrated)}"
     return (
         table("payload", "Largest payload", ("every pose", "median pose", "best pose"), rows, note),
     )
 
 
-def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
+def payload_facts(arm: Arm, payload: MaxPayload | None) -> dict[str, Any]:
     """Return what result.json holds of the largest payload: kg by criterion, what governs, and
     where; null without a limit.
     """
-    if found is None:
+    if payload is None:
         return {}
-    governing = found.governing
+    governing = payload.governing
     return {
         "max_payload": {
             "governing": governing and governing.criterion,
             "every_pose_kg": governing and governing.everywhere,
-            "not_rated": list(found.unrated),
+            "not_rated": list(payload.unrated),
             "criteria": {
                 each.criterion: {
                     "every_pose_kg": _plain(each.everywhere),
@@ -133,22 +133,22 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
                     "tool_m": each.tool[each.worst].tolist(),
                     "poses": len(each.values),
                 }
-                for each in found.limits
+                for each in payload.limits
             },
         }
     }
 
 
-def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> tuple[Any, ...]:
+def _row(arm: Arm, payload: MaxPayload, each: PayloadLimit, known: States) -> tuple[Any, ...]:
     counted = several(len(each.values), "pose")
     unlimited = (
         "not rated"
-        if each.criterion == "drives" and _nothing_rated(found)
+        if each.criterion == "drives" and _nothing_rated(payload)
         else "not known"
-        if each.criterion in _not_known(found, known)
+        if each.criterion in _not_known(payload, known)
         else _NO_LIMIT
     )
-    bound = bool(found.unrated if each.criterion == "drives" else known.lower_bound)
+    bound = bool(payload.unrated if each.criterion == "drives" else known.lower_bound)
     figures = (
         unlimited
         if math.isinf(value)
@@ -185,45 +185,45 @@ def _exceeded(arm: Arm, each: PayloadLimit) -> str:
     return f"{_cause(arm, each)} is exceeded"
 
 
-def _bounded(each: PayloadLimit, found: MaxPayload, known: States) -> str:
+def _bounded(each: PayloadLimit, payload: MaxPayload, known: States) -> str:
     """Return the payload at every pose as text, as an upper bound where joints are ideal or drives
     not rated.
     """
     text = str(Cell(each.everywhere, "kg"))
     return (
         f"at most {text}"
-        if found.unrated or _not_known(found, known)
+        if payload.unrated or _not_known(payload, known)
         else share_within_bounded(text, known)
         if each.criterion != "drives"
         else text
     )
 
 
-def _not_known(found: MaxPayload, known: States) -> list[str]:
+def _not_known(payload: MaxPayload, known: States) -> list[str]:
     """Return the criteria that limit nothing because the errors that they limit are not
     described.
     """
     return [
         each.criterion
-        for each in found.limits
+        for each in payload.limits
         if each.criterion != "drives"
         and math.isinf(each.everywhere)
         and of_compliance(known).lower_bound
     ]
 
 
-def _nothing_rated(found: MaxPayload) -> bool:
+def _nothing_rated(payload: MaxPayload) -> bool:
     """Return whether the drives limit no payload because none that it loads has a rated torque."""
-    return bool(found.unrated) and all(
-        math.isinf(each.everywhere) for each in found.limits if each.criterion == "drives"
+    return bool(payload.unrated) and all(
+        math.isinf(each.everywhere) for each in payload.limits if each.criterion == "drives"
     )
 
 
-def _counted_by(found: MaxPayload) -> str:
+def _counted_by(payload: MaxPayload) -> str:
     return (
         "no drive that it loads has a rated torque"
-        if _nothing_rated(found)
-        else f"by {', '.join(each.criterion for each in found.limits)}"
+        if _nothing_rated(payload)
+        else f"by {', '.join(each.criterion for each in payload.limits)}"
     )
 
 

@@ -74,25 +74,25 @@ def statics_plots(survey: Survey, payload: MaxPayload | None = None) -> list[Plo
     return drawn
 
 
-def _payloads(survey: Survey, found: PayloadLimit) -> list[Plot]:
+def _payloads(survey: Survey, limit: PayloadLimit) -> list[Plot]:
     """Return the sections of the workspace in classes of the largest payload by one criterion; none
     where a pose has no limit.
     """
-    if not np.isfinite(found.values).all() or not np.ptp(found.values) > 0:
+    if not np.isfinite(limit.values).all() or not np.ptp(limit.values) > 0:
         return []
-    what = f"largest payload by {found.criterion}"
+    what = f"largest payload by {limit.criterion}"
     shown = PoseValues(
         survey.arm,
-        found.tool,
-        found.values,
+        limit.tool,
+        limit.values,
         what,
         "kg",
-        found.worst,
+        limit.worst,
         "smallest",
         reachable_points(survey.arm),
     )
     return [
-        Plot(f"payload-{found.criterion}-{name}", "payload", drawn, f"{what}: {SECTION_TEXT[name]}")
+        Plot(f"payload-{limit.criterion}-{name}", "payload", drawn, f"{what}: {SECTION_TEXT[name]}")
         for name, drawn in sections(shown)
     ]
 

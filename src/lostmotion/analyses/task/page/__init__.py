@@ -69,39 +69,40 @@ _WORDS: Final = (
 )
 
 
-def task_sheet(found: TaskOutcome) -> Sheet:
+def task_sheet(outcome: TaskOutcome) -> Sheet:
     """Return the sheet of a task."""
-    arm, task = found.arm, found.task
-    known = with_limits(states(arm), arm, found.program.visited, found.program.sides)
-    counted = f"{several(found.robots, 'robot')} x {several(found.runs, 'run')}"
-    places = several(len(found.place_held), "place")
+    arm, task = outcome.arm, outcome.task
+    known = with_limits(states(arm), arm, outcome.program.visited, outcome.program.sides)
+    counted = f"{several(outcome.robots, 'robot')} x {several(outcome.runs, 'run')}"
+    places = several(len(outcome.place_held), "place")
     sheet = Sheet(
         subject=f"task '{task.name}'",
-        verdict=_verdict(found, known),
-        cards=_cards(found, known),
+        verdict=_verdict(outcome, known),
+        cards=_cards(outcome, known),
         sections=(
-            _success(found, counted),
-            *_placement(found),
-            _tolerances(found, counted),
-            _features(found, counted),
-            _shares("parts", "Contributors to the decisive tolerance", found, found.parts),
-            _shares("causes", "Kinds of error in the decisive tolerance", found, found.causes),
-            *drift_section(found),
-            *help_sections(found),
-            _places(found, counted),
-            _sides(found),
+            _success(outcome, counted),
+            *_placement(outcome),
+            _tolerances(outcome, counted),
+            _features(outcome, counted),
+            _shares("parts", "Contributors to the decisive tolerance", outcome, outcome.parts),
+            _shares("causes", "Kinds of error in the decisive tolerance", outcome, outcome.causes),
+            *drift_section(outcome),
+            *help_sections(outcome),
+            _places(outcome, counted),
+            _sides(outcome),
         ),
-        counts=f"{counted}, {places}, seed {found.seed}",
-        notes=(_first_order(found),),
+        counts=f"{counted}, {places}, seed {outcome.seed}",
+        notes=(_first_order(outcome),),
         words=_WORDS,
-        source=f"{counted}, {places}, seed {found.seed}. The same files, version and seed give the "
+        source=f"{counted}, {places}, seed {outcome.seed}. The same files, version and seed give "
+        "the "
         "same bytes.",
-        seed=found.seed,
-        facts=found.facts,
-        bars=_bars(found),
+        seed=outcome.seed,
+        facts=outcome.facts,
+        bars=_bars(outcome),
     )
     sheet = with_arm(sheet, arm, known, sections=("reversal",))
-    return checked(sheet, found.check, found.check.length, arm)
+    return checked(sheet, outcome.check, outcome.check.length, arm)
 
 
 def _bounded(text: object, known: States) -> str:
@@ -113,60 +114,60 @@ def _bounded(text: object, known: States) -> str:
     return f"at least {text}" if in_error(known) and not known.ideal_kinds else str(text)
 
 
-def _share(found: Estimate, samples: str = "") -> Cell:
-    return Cell(found.value, "%", found.low, found.high, samples)
+def _share(estimate: Estimate, samples: str = "") -> Cell:
+    return Cell(estimate.value, "%", estimate.low, estimate.high, samples)
 
 
-def _verdict(found: TaskOutcome, known: States) -> str:
-    success = _share(found.success)
+def _verdict(outcome: TaskOutcome, known: States) -> str:
+    success = _share(outcome.success)
     interval = f" ({success.interval})" if success.interval else ""
-    worst = found.outcomes[found.decisive]
-    part, share = next(iter(found.parts.items()), ("", 0.0))
+    worst = outcome.outcomes[outcome.decisive]
+    part, share = next(iter(outcome.parts.items()), ("", 0.0))
     text = [
         (
             f"All tolerances hold in {_bounded(success, known)}{interval} of robots and runs; "
-            f"{Cell(found.task.required, '%', stated=True)} are required."
+            f"{Cell(outcome.task.required, '%', stated=True)} are required."
         )
     ]
-    if len(found.outcomes) > 1 or worst.held.value < 1:
+    if len(outcome.outcomes) > 1 or worst.held.value < 1:
         text.append(
-            f"The decisive tolerance is '{worst.tolerance.name}' at {found.where(worst.worst)}: "
+            f"The decisive tolerance is '{worst.tolerance.name}' at {outcome.where(worst.worst)}: "
             f"95 % stay within {at_least(_used(worst), known)} of it."
         )
     if share:
         text.append(f"Largest contributor: {short_name(part)}, {Cell(share, '%')}.")
-    if found.success.value < found.task.required:
-        text.append(_remedy(found))
+    if outcome.success.value < outcome.task.required:
+        text.append(_remedy(outcome))
     return " ".join([*text, *caveats(known)])
 
 
-def _remedy(found: TaskOutcome) -> str:
+def _remedy(outcome: TaskOutcome) -> str:
     """Return the sentence on the first remedy that meets the requirement, or else the best one."""
-    stages = found.helps.stages
+    stages = outcome.helps.stages
     best = max(stages, key=lambda each: each.success.value)
-    meets = [each for each in stages if each.success.value >= found.task.required]
+    meets = [each for each in stages if each.success.value >= outcome.task.required]
     if meets:
         share = Cell(meets[0].success.value, "%")
         return f"Of ideal remedies, '{meets[0].name}' raises it to {share}."
-    if best.success.value <= found.helps.before.success.value:
+    if best.success.value <= outcome.helps.before.success.value:
         return "No ideal remedy raises it: only other parts or tolerances do."
     return f"No ideal remedy suffices; '{best.name}' raises it to {Cell(best.success.value, '%')}."
 
 
-def _cards(found: TaskOutcome, known: States) -> tuple[Card, ...]:
-    worst = found.outcomes[found.decisive]
+def _cards(outcome: TaskOutcome, known: States) -> tuple[Card, ...]:
+    worst = outcome.outcomes[outcome.decisive]
     bounded = _bounded("", known).strip()
     sign = {"at most": "≤ ", "at least": "≥ "}.get(bounded, "")
     lower = {"≤ ": "≥ ", "≥ ": "≤ "}.get(sign, "")
-    part, share = next(iter(found.parts.items()), ("", 0.0))
+    part, share = next(iter(outcome.parts.items()), ("", 0.0))
     cards = [
-        Card("all tolerances hold", f"{sign}{_share(found.success)}", "of robots and runs"),
+        Card("all tolerances hold", f"{sign}{_share(outcome.success)}", "of robots and runs"),
         Card("decisive tolerance, used", f"{lower}{_used(worst)}", "95 % stay within"),
         Card("held there", f"{sign}{_share(worst.held)}", worst.tolerance.name),
     ]
     if share:
         cards.append(Card("largest contributor", short_name(part), f"{Cell(share, '%')}"))
-    reversal = float(found.reversal.max(initial=0.0))
+    reversal = float(outcome.reversal.max(initial=0.0))
     if reversal:
         cards.append(Card("reversal error", str(length(reversal)), "largest along the path"))
     return tuple(cards)
@@ -186,11 +187,11 @@ def _limit(stated: DrawingTolerance) -> Cell:
     return Cell(stated.size[0], "mm", stated=True)
 
 
-def _bars(found: TaskOutcome) -> tuple[Bars, ...]:
+def _bars(outcome: TaskOutcome) -> tuple[Bars, ...]:
     """Return the bars of the first screen: the largest contributors, and what remedies leave."""
-    shown = [each for each in found.parts.items() if abs(each[1]) >= _LEAST][:_BARS]
+    shown = [each for each in outcome.parts.items() if abs(each[1]) >= _LEAST][:_BARS]
     parts = (Bar(short_name(name), Cell(value, "%"), 100 * value) for name, value in shown)
-    lines = (found.helps.before, *found.helps.stages)
+    lines = (outcome.helps.before, *outcome.helps.stages)
     helps = (Bar(each.name, _share(each.success), 100 * each.success.value) for each in lines)
     blame, held = "Largest contributors to the decisive tolerance", "All tolerances hold with"
     return (
@@ -199,26 +200,26 @@ def _bars(found: TaskOutcome) -> tuple[Bars, ...]:
     )
 
 
-def _success(found: TaskOutcome, counted: str) -> Section:
+def _success(outcome: TaskOutcome, counted: str) -> Section:
     return table(
         "task",
         "Success of the task",
         {"value": "%"},
         [
-            Row("all tolerances hold", (_share(found.success, counted),), key="success"),
-            Row("required", (Cell(found.task.required, "%", stated=True),), key="required"),
+            Row("all tolerances hold", (_share(outcome.success, counted),), key="success"),
+            Row("required", (Cell(outcome.task.required, "%", stated=True),), key="required"),
             Row(
                 "reversal error, largest",
-                (length(float(found.reversal.max(initial=0.0)), samples="exact"),),
+                (length(float(outcome.reversal.max(initial=0.0)), samples="exact"),),
                 key="reversal",
             ),
         ],
     )
 
 
-def _placement(found: TaskOutcome) -> tuple[Section, ...]:
+def _placement(outcome: TaskOutcome) -> tuple[Section, ...]:
     """Return the best placement that was found; nothing where it is fixed."""
-    placed = found.placed
+    placed = outcome.placed
     if placed is None:
         return ()
     x, y, z, yaw = (float(each) for each in placed.moved)
@@ -237,18 +238,18 @@ def _placement(found: TaskOutcome) -> tuple[Section, ...]:
     )
 
 
-def _tolerances(found: TaskOutcome, counted: str) -> Section:
+def _tolerances(outcome: TaskOutcome, counted: str) -> Section:
     rows = []
-    for each in found.outcomes:
+    for each in outcome.outcomes:
         stated = each.tolerance
         datum = (
             stated.datum
             if isinstance(stated.datum, str)
-            else ", ".join(found.program.features[k].name for k in stated.datum)
+            else ", ".join(outcome.program.features[k].name for k in stated.datum)
         )
         used = Cell(each.used.value, "%", each.used.low, each.used.high, counted)
         cells = (_limit(stated), _share(each.held, counted), used)
-        note = f"relative to {datum}; worst at {found.where(each.worst)}"
+        note = f"relative to {datum}; worst at {outcome.where(each.worst)}"
         rows.append(Row(stated.name, cells, note))
     return table(
         "tolerances",
@@ -259,37 +260,37 @@ def _tolerances(found: TaskOutcome, counted: str) -> Section:
     )
 
 
-def _features(found: TaskOutcome, counted: str) -> Section:
+def _features(outcome: TaskOutcome, counted: str) -> Section:
     return table(
         "features",
         "Features",
         {"probability": "%"},
-        [Row(name, (_share(held, counted),)) for name, held in found.features.items()],
+        [Row(name, (_share(held, counted),)) for name, held in outcome.features.items()],
         "share of robots and runs in which all tolerances of the feature hold",
     )
 
 
-def _shares(key: str, title: str, found: TaskOutcome, shares: dict[str, float]) -> Section:
-    worst = found.outcomes[found.decisive]
+def _shares(key: str, title: str, outcome: TaskOutcome, shares: dict[str, float]) -> Section:
+    worst = outcome.outcomes[outcome.decisive]
     shown = [(name, value) for name, value in shares.items() if abs(value) >= _LEAST][:_PARTS]
     return table(
         key,
         title,
         {"share of mean square": "%"},
         [(short_name(name), Cell(value, "%", samples="exact")) for name, value in shown],
-        f"of '{worst.tolerance.name}' at {found.where(worst.worst)}; exact sums over terms",
+        f"of '{worst.tolerance.name}' at {outcome.where(worst.worst)}; exact sums over terms",
     )
 
 
-def _places(found: TaskOutcome, counted: str) -> Section:
+def _places(outcome: TaskOutcome, counted: str) -> Section:
     """Return the places with the smallest probability, in the order of the path."""
-    held, used = found.place_held, found.place_used
+    held, used = outcome.place_held, outcome.place_used
     order = np.lexsort((-np.nan_to_num(used), np.where(np.isnan(held), 2.0, held)))
     kept = np.sort(order[:_PLACES])
-    points = found.program.places.points
+    points = outcome.program.places.points
     rows = [
         Row(
-            found.where(k),
+            outcome.where(k),
             (
                 *(
                     in_words("no zone")
@@ -297,9 +298,9 @@ def _places(found: TaskOutcome, counted: str) -> Section:
                     else Cell(float(each), "%", samples=counted)
                     for each in (held[k], used[k])
                 ),
-                length(float(found.reversal[k]), samples="exact"),
+                length(float(outcome.reversal[k]), samples="exact"),
             ),
-            f"{tool_place(points[k])}; {joint_values(found.arm, found.program.visited[k])}",
+            f"{tool_place(points[k])}; {joint_values(outcome.arm, outcome.program.visited[k])}",
             key=f"place_{k + 1}",
         )
         for k in kept
@@ -315,9 +316,9 @@ def _places(found: TaskOutcome, counted: str) -> Section:
     )
 
 
-def _sides(found: TaskOutcome) -> Section:
+def _sides(outcome: TaskOutcome) -> Section:
     """Return at how many places each joint rests on either side."""
-    sides = found.program.sides
+    sides = outcome.program.sides
     changes = np.abs(np.diff(np.sign(sides), axis=0)) > 0
     return table(
         "sides",
@@ -330,15 +331,15 @@ def _sides(found: TaskOutcome) -> Section:
                 int((sides[:, j] == 0).sum()),
                 int(changes[:, j].sum()),
             )
-            for j, joint in enumerate(found.arm.driven)
+            for j, joint in enumerate(outcome.arm.driven)
         ],
         "number of places, by the last motion of each joint",
         samples=several(len(sides), "place"),
     )
 
 
-def _first_order(found: TaskOutcome) -> str:
-    check = found.check
+def _first_order(outcome: TaskOutcome) -> str:
+    check = outcome.check
     return (
         f"first order differs from exact composition by at most {length(check.largest)} in "
         f"{several(check.samples, 'sample')}: {judged(check, check.length)}"

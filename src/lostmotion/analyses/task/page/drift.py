@@ -21,9 +21,9 @@ _CURVE: Final = 97
 _HOUR: Final = 3600.0
 
 
-def drift_section(found: TaskOutcome) -> tuple[Section, ...]:
+def drift_section(outcome: TaskOutcome) -> tuple[Section, ...]:
     """Return the section on the drift; nothing without own heat."""
-    drift, heat = found.drift, found.task.heat
+    drift, heat = outcome.drift, outcome.task.heat
     if drift is None or heat is None:
         return ()
     at = heat.over * np.arange(1, _INSTANTS + 1) / _INSTANTS
@@ -32,7 +32,7 @@ def drift_section(found: TaskOutcome) -> tuple[Section, ...]:
         Row(
             "largest displacement",
             (length(drift.largest, samples="exact"),),
-            f"at {found.where(drift.place)} after {_time(drift.time)}",
+            f"at {outcome.where(drift.place)} after {_time(drift.time)}",
             key="largest",
         ),
         *(
@@ -44,8 +44,8 @@ def drift_section(found: TaskOutcome) -> tuple[Section, ...]:
             for time, size in zip(at, curve, strict=True)
         ),
     ]
-    if heat.over > heat.duration and found.runs > 1:
-        counted = several(found.robots, "robot")
+    if heat.over > heat.duration and outcome.runs > 1:
+        counted = several(outcome.robots, "robot")
         rows += [
             Row(name, (Cell(of.value, "%", of.low, of.high, counted),))
             for name, of in (
@@ -67,16 +67,16 @@ def drift_section(found: TaskOutcome) -> tuple[Section, ...]:
     )
 
 
-def drift_plot(found: TaskOutcome) -> Figure:
+def drift_plot(outcome: TaskOutcome) -> Figure:
     """Return the displacement of the tool over the time of the task at the place with the largest
     one.
     """
-    drift, heat = found.drift, found.task.heat
+    drift, heat = outcome.drift, outcome.task.heat
     if drift is None or heat is None:
         raise ValueError("a task without own heat")
     time = np.linspace(0.0, heat.over, _CURVE)
     each = drift.growth[:, :, None] * heat.shares(time)[:, None]
-    made, on = one(f"Drift of the tool at {found.where(drift.place)}", 70)
+    made, on = one(f"Drift of the tool at {outcome.where(drift.place)}", 70)
     scale, unit = (_HOUR, "h") if heat.over >= 2 * _HOUR else (60.0, "min")
     on.plot(
         time / scale,

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Section
 
 
-def help_sections(found: TaskOutcome) -> tuple[Section, ...]:
+def help_sections(outcome: TaskOutcome) -> tuple[Section, ...]:
     """Return what remedies leave, what is left without each part, and how much the task would
     bear.
     """
-    helps = found.helps
+    helps = outcome.helps
     counted = f"{several(helps.robots, 'robot')} x {several(helps.runs, 'run')}"
-    name = found.outcomes[found.decisive].tolerance.name
+    name = outcome.outcomes[outcome.decisive].tolerance.name
 
     def of(key: str, title: str, lines: Sequence[Remedied], note: str) -> Section:
         rows = [
@@ -52,7 +52,7 @@ def help_sections(found: TaskOutcome) -> tuple[Section, ...]:
             "How much the task would bear",
             {"factor": "1"},
             margins,
-            f"largest factor with which {Cell(found.task.required, '%', stated=True)} are met, "
+            f"largest factor with which {Cell(outcome.task.required, '%', stated=True)} are met, "
             "everything else as it is; by bisection with the same robots and runs",
         ),
     )

@@ -30,51 +30,51 @@ _CLASSES: Final = (
 )
 
 
-def task_plots(found: TaskOutcome) -> list[Plot]:
+def task_plots(outcome: TaskOutcome) -> list[Plot]:
     """Return the path in the colours of its tolerances, and the contributors."""
     out = [
         Plot(
             "path",
             "places",
-            _path(found),
+            _path(outcome),
             "Places of the task in the plane in which they extend most, coloured by the share of "
             "the tolerance that 95 % of robots and runs use.",
         )
     ]
-    if found.drift is not None:
+    if outcome.drift is not None:
         out.append(
             Plot(
                 "drift",
                 "drift",
-                drift_plot(found),
+                drift_plot(outcome),
                 "Displacement of the tool over the time of the task at the place with the largest "
                 "one, and by the own heat of each joint.",
             )
         )
-    if any(found.parts.values()):
+    if any(outcome.parts.values()):
         out.append(
             Plot(
                 "contributors",
                 "parts",
-                _contributors(found),
+                _contributors(outcome),
                 "Bars of each part's share of the mean square in the decisive tolerance.",
             )
         )
     return out
 
 
-def _path(found: TaskOutcome) -> Figure:
-    points = 1e3 * found.program.places.points
+def _path(outcome: TaskOutcome) -> Figure:
+    points = 1e3 * outcome.program.places.points
     extent = np.ptp(points, axis=0)
     across, up = sorted(np.argsort(-extent, kind="stable")[:2])
     tall = float(np.clip(40 + 90 * (extent[up] + 1) / (extent[across] + 1), 60, 130))
-    made, on = one(f"Task '{found.task.name}'", tall)
-    for each in found.program.features:
+    made, on = one(f"Task '{outcome.task.name}'", tall)
+    for each in outcome.program.features:
         if each.kind in {"line", "circle", "path"}:
             on.plot(*points[each.places][:, [across, up]].T, color=LIGHT["line"], linewidth=0.8)
-    worst = points[found.outcomes[found.decisive].worst]
+    worst = points[outcome.outcomes[outcome.decisive].worst]
     ringed(on, worst[across], worst[up], "worst place")
-    _dots(on, points[:, [across, up]], found.place_used)
+    _dots(on, points[:, [across, up]], outcome.place_used)
     on.set_aspect("equal", adjustable="datalim")
     label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")
     legend(made, extra=[swatch(name, LIGHT[colour]) for _, colour, name in _CLASSES])
@@ -89,8 +89,8 @@ def _dots(on: Axes, points: Floats, used: Floats) -> None:
         low = high
 
 
-def _contributors(found: TaskOutcome) -> Figure:
-    shown = [(name, value) for name, value in found.parts.items() if value >= _LEAST][:_PARTS]
+def _contributors(outcome: TaskOutcome) -> Figure:
+    shown = [(name, value) for name, value in outcome.parts.items() if value >= _LEAST][:_PARTS]
     made, on = one("Share of the mean square in the decisive tolerance", 30 + 8 * len(shown))
     on.barh(range(len(shown)), [100 * value for _, value in shown], color=LIGHT["robot"])
     named_rows(on, [short_name(name) for name, _ in shown])

@@ -108,16 +108,16 @@ class Controls:
 
     def show(
         self,
-        found: Figures,
+        figures: Figures,
         over_all: ErrorOverWorkspace | None,
         factor: float | None,
         count: int,
         milliseconds: float,
     ) -> None:
         """Show the figures at a pose."""
-        self._headline.content = panel.headline(found, over_all, factor, self._known())
-        self._budget.content = panel.budget_bars(found.costs)
-        self._torques.content = panel.torque_bars(self._session.arm, found)
+        self._headline.content = panel.headline(figures, over_all, factor, self._known())
+        self._budget.content = panel.budget_bars(figures.costs)
+        self._torques.content = panel.torque_bars(self._session.arm, figures)
         self._status.content = panel.status(count, milliseconds)
 
     def _known(self) -> States:

@@ -35,7 +35,7 @@ _PER_LETTER, _WIDEST_NAME = 0.58, 14.0
 
 
 def headline(
-    found: Figures,
+    figures: Figures,
     over_all: ErrorOverWorkspace | None,
     factor: float | None,
     known: States | None = None,
@@ -46,7 +46,7 @@ def headline(
     factor  how much larger the picture shows the error, None where it is not known yet
     known   states of the kinds of error of the arm; None: what is missing is not shown
     """
-    about = "" if found.is_precise else "about "
+    about = "" if figures.is_precise else "about "
     least = "" if known is None or not known.lower_bound else "at least "
     missing = "" if known is None else missing_clause(known)
     named = (
@@ -66,9 +66,9 @@ def headline(
     return _block(
         f'<div style="{_QUIET}">95 % of positions at this pose within</div>'
         '<div id="lm-q95" '
-        f'style="font-size:28px;font-weight:650;line-height:1.15">{least}{about}{_size(found.q95)}</div>'
+        f'style="font-size:28px;font-weight:650;line-height:1.15">{least}{about}{_size(figures.q95)}</div>'
         f"{named}"
-        f'<div style="{_QUIET}">mean {least}{_size(float(found.error.mean[0]))}; over the '
+        f'<div style="{_QUIET}">mean {least}{_size(float(figures.error.mean[0]))}; over the '
         f'workspace <b id="lm-all">{whole}</b></div>'
         f'<div style="{_QUIET}">{drawn}</div>'
     )
@@ -89,17 +89,17 @@ def budget_bars(costs: Sequence[Cost]) -> str:
     return _block(_title("Which part is to blame here") + _bars(rows, _AMBER) + others)
 
 
-def torque_bars(arm: Arm, found: Figures) -> str:
+def torque_bars(arm: Arm, figures: Figures) -> str:
     """Return bars of the torque or force that each drive holds.
 
     They are shares of the rated torque, red above it. Drives without a rating have no bar; where
     none has one, bars compare the torques.
     """
-    rated = np.isfinite(found.loads).any()
-    sizes = np.nan_to_num(found.loads if rated else np.abs(found.torques)).tolist()
+    rated = np.isfinite(figures.loads).any()
+    sizes = np.nan_to_num(figures.loads if rated else np.abs(figures.torques)).tolist()
     rows = []
     for joint, size, torque, load in zip(
-        arm.driven, sizes, found.torques.tolist(), found.loads.tolist(), strict=True
+        arm.driven, sizes, figures.torques.tolist(), figures.loads.tolist(), strict=True
     ):
         share = f", {100 * load:.0f} %" if math.isfinite(load) else ""
         rows.append((joint.name, size, f"{digits(abs(torque))} {joint.load_unit}{share}"))

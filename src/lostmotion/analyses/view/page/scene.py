@@ -184,24 +184,24 @@ class Scene:
             node.remove()
             self._nodes[number] = body, self._body(number, body)
 
-    def show_pose(self, found: Figures, factor: float | None) -> None:
+    def show_pose(self, figures: Figures, factor: float | None) -> None:
         """Move everything to a pose; its error is drawn larger by this factor, not at all without
         one.
         """
         from viser.transforms import SO3
 
         if self._draw_meshes is not None:
-            self._draw_meshes(found.q)
+            self._draw_meshes(figures.q)
         for body, node in self._nodes:
-            pose = found.at[body.place] @ body.pose
+            pose = figures.at[body.place] @ body.pose
             node.position, node.wxyz = pose[:3, 3], SO3.from_matrix(pose[:3, :3]).wxyz
-        tool = found.at[-1, :3, 3]
+        tool = figures.at[-1, :3, 3]
         self._tool.position = tool
         self._ellipsoid.visible = self._arrow.visible = factor is not None
         if factor is None:
             return
-        end = tool + factor * found.error.bias[0]
-        squares, axes = np.linalg.eigh(found.error.covariance[0])
+        end = tool + factor * figures.error.bias[0]
+        squares, axes = np.linalg.eigh(figures.error.covariance[0])
         axes[:, 0] *= np.linalg.det(axes)  # a rotation, not a reflection
         self._ellipsoid.position, self._ellipsoid.wxyz = end, SO3.from_matrix(axes).wxyz
         self._ellipsoid.scale = tuple(

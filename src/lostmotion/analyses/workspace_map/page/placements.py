@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.maps.placement import Placement, Placements
 
 
-def placement_sentence(placements: Placements, found: WorkspaceMap, known: States) -> str:
+def placement_sentence(placements: Placements, accuracy_map: WorkspaceMap, known: States) -> str:
     """Return the best placement in words, or that there is none and the largest box that fits."""
     if placements.best:
         box = placements.best[0]
@@ -31,7 +31,7 @@ def placement_sentence(placements: Placements, found: WorkspaceMap, known: State
         )
         return (
             f"The best placement of a task of {size_label(placements.size)} is centred at "
-            f"{placement_label(box)}: {percentile_label(found)} "
+            f"{placement_label(box)}: {percentile_label(accuracy_map)} "
             f"{worst} in its worst cell of {len(box.cells)}, {validated} at its worst "
             "validation point."
         )
@@ -52,9 +52,9 @@ def no_placement_sentence(placements: Placements) -> str:
     )
 
 
-def placement_section(found: WorkspaceMap) -> Section | None:
+def placement_section(accuracy_map: WorkspaceMap) -> Section | None:
     """Return the table of the best placements; None where none was requested."""
-    placements = found.placements
+    placements = accuracy_map.placements
     if placements is None:
         return None
     title = f"Best placement for a task of {size_label(placements.size)}"
@@ -94,7 +94,8 @@ def placement_section(found: WorkspaceMap) -> Section | None:
     criterion = "mean over its cells" if placements.by_mean else "worst cell"
     turned = ", any yaw in steps of 15°" if placements.turned else ""
     note = (
-        f"{percentile_label(found)} of the error, {configuration_label(found)}; ranked by the "
+        f"{percentile_label(accuracy_map)} of the error, {configuration_label(accuracy_map)}; "
+        "ranked by the "
         f"{criterion}, out of {placements.tried} placements "
         f"on the grid{turned} with the centre and corners of every cell in reach; no two share "
         "a cell"

@@ -55,12 +55,12 @@ _TAILS: Final = (0.03, 0.97)
 _POINTS: Final = 200
 
 
-def map_plots(found: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
+def map_plots(accuracy_map: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
     """Return the plots of an accuracy map, in reading order; slices through the point `at` (3,) m,
     or through the best place.
     """
-    through = found.best_place if at is None else at
-    shape = found.reached.grid.shape
+    through = accuracy_map.best_place if at is None else at
+    shape = accuracy_map.reached.grid.shape
     out = []
     for across, up in ((0, 1), (0, 2), (1, 2)):
         if shape[across] > 1 and shape[up] > 1:
@@ -70,7 +70,9 @@ def map_plots(found: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
                 "error of each cell."
             )
             out.append(
-                Plot(f"slice-{names}", "map", slice_through(found, across, up, through), words)
+                Plot(
+                    f"slice-{names}", "map", slice_through(accuracy_map, across, up, through), words
+                )
             )
     for along, name in ((2, "z"), (1, "y")):
         if min(shape) > 1 and shape[along] > _MULTIPLES:
@@ -78,8 +80,8 @@ def map_plots(found: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
                 f"Slices of the workspace at {_MULTIPLES} places along {name}, in classes of the "
                 "error of each cell."
             )
-            out.append(Plot(f"slices-{name}", "map", slices_along(found, along), words))
-    section = radial_plot(found)
+            out.append(Plot(f"slices-{name}", "map", slices_along(accuracy_map, along), words))
+    section = radial_plot(accuracy_map)
     if section is not None:
         out.append(
             Plot(
@@ -90,43 +92,50 @@ def map_plots(found: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
             )
         )
     out.append(
-        Plot("share", "within", share_by_error(found), "Share of the workspace within each error.")
+        Plot(
+            "share",
+            "within",
+            share_by_error(accuracy_map),
+            "Share of the workspace within each error.",
+        )
     )
-    if found.budgets and found.budgets[0].costs:
+    if accuracy_map.budgets and accuracy_map.budgets[0].costs:
         out.append(
             Plot(
                 "budget",
                 "budget",
-                budget_by_zone(found),
+                budget_by_zone(accuracy_map),
                 "Bars of each part's share of the mean square, by zone.",
             )
         )
     return out
 
 
-def slice_through(found: WorkspaceMap, across: int, up: int, through: Floats) -> Figure:
+def slice_through(accuracy_map: WorkspaceMap, across: int, up: int, through: Floats) -> Figure:
     """Return a slice of the map through this point (3,), m, spanned by two of the base's axes."""
-    grid, names = found.reached.grid, "xyz"
+    grid, names = accuracy_map.reached.grid, "xyz"
     other = 3 - across - up
     index = int(
         np.clip(np.floor((through[other] - grid.low[other]) / grid.edge), 0, grid.shape[other] - 1)
     )
-    values = np.take(found.selected, index, axis=other)  # axes stay in order: across before up
+    values = np.take(
+        accuracy_map.selected, index, axis=other
+    )  # axes stay in order: across before up
     x, y = grid.centres_along(across), grid.centres_along(up)
     height = float(grid.centres_along(other)[index])
     made, on = _equal(f"{names[across]}-{names[up]} slice, {_at(other, height)}", x, y)
-    _draw(on, found, x, y, values)
-    _target(on, found, x, y, values)
-    for box in () if found.placements is None else found.placements.best:
+    _draw(on, accuracy_map, x, y, values)
+    _target(on, accuracy_map, x, y, values)
+    for box in () if accuracy_map.placements is None else accuracy_map.placements.best:
         _outline(on, box, (across, up, other), height, grid.edge)
     label_axes(on, f"{names[across]} [mm]", f"{names[up]} [mm]")
-    _classes(made, found, on)
+    _classes(made, accuracy_map, on)
     return made
 
 
-def slices_along(found: WorkspaceMap, along: int) -> Figure:
+def slices_along(accuracy_map: WorkspaceMap, along: int) -> Figure:
     """Return small slices at even steps along one of the base's axes, all to one scale."""
-    grid = found.reached.grid
+    grid = accuracy_map.reached.grid
     across, up = (axis for axis in range(3) if axis != along)
     x, y = grid.centres_along(across), grid.centres_along(up)
     chosen = np.round((np.arange(_MULTIPLES) + 0.5) * grid.shape[along] / _MULTIPLES - 0.5).astype(
@@ -150,9 +159,9 @@ def slices_along(found: WorkspaceMap, along: int) -> Figure:
         sharey=True,
     )
     for k, (on, index) in enumerate(zip(panels.flat, chosen, strict=True)):
-        values = np.take(found.selected, int(index), axis=along)
-        _draw(on, found, x, y, values)
-        _target(on, found, x, y, values)
+        values = np.take(accuracy_map.selected, int(index), axis=along)
+        _draw(on, accuracy_map, x, y, values)
+        _target(on, accuracy_map, x, y, values)
         on.set_aspect("equal")
         on.locator_params(nbins=4)
         last, left = k >= _MULTIPLES // rows, k % (_MULTIPLES // rows) == 0
@@ -160,38 +169,38 @@ def slices_along(found: WorkspaceMap, along: int) -> Figure:
         on.set_title(
             _at(along, float(grid.centres_along(along)[index])), loc="center", fontsize=SMALL
         )
-    _classes(made, found, panels[0, 0])
+    _classes(made, accuracy_map, panels[0, 0])
     return made
 
 
-def radial_plot(found: WorkspaceMap) -> Figure | None:
+def radial_plot(accuracy_map: WorkspaceMap) -> Figure | None:
     """Return the error by distance from the first axis and height; None unless that axis is
     vertical and turns fully.
     """
-    section = radial_section(found)
+    section = radial_section(accuracy_map)
     if section is None:
         return None
     made, on = _equal("Radial section, over all azimuths", section.r, section.z)
-    _draw(on, found, section.r, section.z, section.values)
+    _draw(on, accuracy_map, section.r, section.z, section.values)
     label_axes(on, "distance from the first axis [mm]", "z [mm]")
-    _classes(made, found, on)
+    _classes(made, accuracy_map, on)
     return made
 
 
-def share_by_error(found: WorkspaceMap) -> Figure:
+def share_by_error(accuracy_map: WorkspaceMap) -> Figure:
     """Return the share of the workspace within each error, for the best, mean and worst
     configuration.
     """
-    unit, factor = _unit(found)
+    unit, factor = _unit(accuracy_map)
     made, on = one("Share of the workspace by error", 84)
     grid(on, "both")
     for k, by in enumerate(CONFIGURATIONS):
-        values = found.errors[QUANTILE, k][found.centre]
+        values = accuracy_map.errors[QUANTILE, k][accuracy_map.centre]
         values = np.sort(values[np.isfinite(values)]) * factor
         shares = 100 * np.arange(1, len(values) + 1) / len(values)
         thin = np.unique(np.linspace(0, len(values) - 1, min(len(values), _POINTS)).astype(int))
         name = "mean over configurations" if by == "mean" else f"{by} configuration"
-        selected = by == found.by
+        selected = by == accuracy_map.by
         on.plot(
             values[thin],
             shares[thin],
@@ -200,9 +209,9 @@ def share_by_error(found: WorkspaceMap) -> Figure:
             linestyle="-" if selected else "--",
             label=name,
         )
-    if found.within_target is not None:
+    if accuracy_map.within_target is not None:
         on.axvline(
-            found.within_target.target * factor,
+            accuracy_map.within_target.target * factor,
             color=LIGHT["warn"],
             linewidth=1.2,
             linestyle=(0, (1.5, 1.5)),
@@ -210,19 +219,21 @@ def share_by_error(found: WorkspaceMap) -> Figure:
         )
     on.set_xlim(left=0)
     on.set_ylim(0, 102)
-    label_axes(on, f"{percentile_label(found)} of the error [{unit}]", "share of the workspace [%]")
+    label_axes(
+        on, f"{percentile_label(accuracy_map)} of the error [{unit}]", "share of the workspace [%]"
+    )
     legend(made)
     return made
 
 
-def budget_by_zone(found: WorkspaceMap) -> Figure:
+def budget_by_zone(accuracy_map: WorkspaceMap) -> Figure:
     """Return each part's share of the mean square (%) in each zone, the largest contributor of the
     first zone on top.
     """
-    first = found.budgets[0].costs[:_PARTS_SHOWN]
-    colours = ("design", "visit", "robot") if len(found.budgets) > 1 else ("robot",)
+    first = accuracy_map.budgets[0].costs[:_PARTS_SHOWN]
+    colours = ("design", "visit", "robot") if len(accuracy_map.budgets) > 1 else ("robot",)
     rows = []
-    for each, colour in zip(found.budgets, colours, strict=False):
+    for each, colour in zip(accuracy_map.budgets, colours, strict=False):
         shares = {cost.part: 100 * cost.share for cost in each.costs}
         rows.append(
             (
@@ -247,41 +258,44 @@ def _at(axis: int, place: float) -> str:
     return f"{'xyz'[axis]} = {place * 1e3:.4g} mm".replace("-", "−")
 
 
-def _unit(found: WorkspaceMap) -> tuple[str, float]:
+def _unit(accuracy_map: WorkspaceMap) -> tuple[str, float]:
     """Return the unit of all slices, from the largest error."""
-    unit = unit_of_length(float(np.nanmax(found.selected)))
+    unit = unit_of_length(float(np.nanmax(accuracy_map.selected)))
     return unit, factor_of(unit)
 
 
-def _limits(found: WorkspaceMap) -> list[float]:
+def _limits(accuracy_map: WorkspaceMap) -> list[float]:
     """Return the limits of the classes that all slices share."""
-    _, factor = _unit(found)
-    low, high = np.nanquantile(found.selected, _TAILS)
+    _, factor = _unit(accuracy_map)
+    low, high = np.nanquantile(accuracy_map.selected, _TAILS)
     return class_limits(float(low) * factor, float(high) * factor)
 
 
-def _draw(on: Axes, found: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:
+def _draw(on: Axes, accuracy_map: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:
     """Draw the errors (x, y) of cells with these centres, m, in the classes of all slices."""
-    half = found.reached.grid.edge / 2
+    half = accuracy_map.reached.grid.edge / 2
     edges = [1e3 * np.append(each - half, each[-1] + half) for each in (x, y)]
-    cells(on, edges[0], edges[1], class_of(values * _unit(found)[1], _limits(found)))
+    cells(on, edges[0], edges[1], class_of(values * _unit(accuracy_map)[1], _limits(accuracy_map)))
 
 
-def _target(on: Axes, found: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:
+def _target(on: Axes, accuracy_map: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:
     """Draw the contour line of the target where it crosses a slice."""
-    if found.within_target is not None:
-        unit, factor = _unit(found)
-        contour(on, x, y, values * factor, found.within_target.target * factor, "target", unit)
+    if accuracy_map.within_target is not None:
+        unit, factor = _unit(accuracy_map)
+        contour(
+            on, x, y, values * factor, accuracy_map.within_target.target * factor, "target", unit
+        )
 
 
-def _classes(made: Figure, found: WorkspaceMap, on: Axes) -> None:
+def _classes(made: Figure, accuracy_map: WorkspaceMap, on: Axes) -> None:
     """Draw the legend of the classes, and what else a slice shows."""
     handles, names = on.get_legend_handles_labels()
     extra = dict(zip(names, handles, strict=True))
     class_legend(
         made,
-        _limits(found),
-        f"{percentile_label(found)}, {configuration_label(found)} [{_unit(found)[0]}]",
+        _limits(accuracy_map),
+        f"{percentile_label(accuracy_map)}, {configuration_label(accuracy_map)} "
+        f"[{_unit(accuracy_map)[0]}]",
         extra.values(),
     )
 

@@ -29,24 +29,24 @@ if TYPE_CHECKING:
 _SHARES: Final = (0.1, 0.5, 0.9)
 
 
-def _points_label(found: WorkspaceMap) -> str:
-    validation = found.validation
+def _points_label(accuracy_map: WorkspaceMap) -> str:
+    validation = accuracy_map.validation
     if validation is None:
         return "cells reached at their centre"
     return f"{len(validation.points)} of {validation.drawn} sampled points are in reach"
 
 
-def map_section(found: WorkspaceMap) -> Section:
+def map_section(accuracy_map: WorkspaceMap) -> Section:
     """Return the table of the errors in the most and least accurate and the median cell."""
-    known = counted_cells(found)
-    counts = found.reached.counts[known]
+    known = counted_cells(accuracy_map)
+    counts = accuracy_map.reached.counts[known]
     usual = int(np.median(counts))
-    all_cells = f"{several(len(counts), 'cell')}, {configurations_label(found)}"
+    all_cells = f"{several(len(counts), 'cell')}, {configurations_label(accuracy_map)}"
     rows: list[Row] = []
     uniform: list[str] = []
-    measures = ((QUANTILE, percentile_label(found)), (MEAN, "mean error"))
+    measures = ((QUANTILE, percentile_label(accuracy_map)), (MEAN, "mean error"))
     for measure, name in measures:
-        every = found.errors[measure][:, known]
+        every = accuracy_map.errors[measure][:, known]
         # one configuration, or all have the same error
         if np.allclose(every, every[1], rtol=SAME, atol=0):
             uniform.append(name)
@@ -57,8 +57,8 @@ def map_section(found: WorkspaceMap) -> Section:
         }
         for k in range(len(CONFIGURATIONS)):
             values, (low, high) = (
-                found.errors[measure, k][known],
-                found.bounds[:, measure, k][:, known],
+                accuracy_map.errors[measure, k][known],
+                accuracy_map.bounds[:, measure, k][:, known],
             )
             for cell, at in (
                 ("most accurate cell", int(values.argmin())),
@@ -68,17 +68,20 @@ def map_section(found: WorkspaceMap) -> Section:
                 cells[cell].append(
                     length(float(values[at]), float(low[at]), float(high[at]), samples)
                 )
-            cells["median cell"].append(length(*_median(found, measure, k), samples=all_cells))
+            cells["median cell"].append(
+                length(*_median(accuracy_map, measure, k), samples=all_cells)
+            )
         rows += [Row(f"{name}, {cell}", tuple(figures)) for cell, figures in cells.items()]
     columns: tuple[str, ...] = CONFIGURATIONS
     if len(uniform) == len(measures):
         columns, rows = ("value",), [Row(row.label, row.cells[1:2]) for row in rows]
     note = (
-        f"cells of {edge_label(found)} "
-        f"reached{' at their centre' * bool(found.reached.centre.any())}, "
+        f"cells of {edge_label(accuracy_map)} "
+        f"reached{' at their centre' * bool(accuracy_map.reached.centre.any())}, "
         f"{several(usual, 'configuration')} in most of them, result.json states those of every "
-        f"figure; medians of {_median_count_label(found)}. "
-        f"The plots show the {percentile_label(found)}, {configuration_label(found)}. "
+        f"figure; medians of {_median_count_label(accuracy_map)}. "
+        f"The plots show the {percentile_label(accuracy_map)}, "
+        f"{configuration_label(accuracy_map)}. "
         "Interval of a cell: uncertainty of the sums over terms, and 95 % confidence interval "
         "of a mean over sampled configurations; ?: the limit "
         "for more configurations is unknown. Selected as extremes, the two extreme cells are "
@@ -97,14 +100,14 @@ def map_section(found: WorkspaceMap) -> Section:
     return Section("map", "Accuracy map", columns, tuple(rows), note)
 
 
-def _median(found: WorkspaceMap, measure: int, column: int) -> tuple[float, float, float]:
+def _median(accuracy_map: WorkspaceMap, measure: int, column: int) -> tuple[float, float, float]:
     """Return the median over the cells with bounds that also contain the median over the
     workspace.
     """
-    known = counted_cells(found)
+    known = counted_cells(accuracy_map)
     value, bounds = (
-        float(np.median(found.errors[measure, column][known])),
-        found.bounds[:, measure, column][:, known],
+        float(np.median(accuracy_map.errors[measure, column][known])),
+        accuracy_map.bounds[:, measure, column][:, known],
     )
     # An unknown bound of a cell may be anywhere; the median's bound is unknown if it depends on
     # one.
@@ -113,63 +116,68 @@ def _median(found: WorkspaceMap, measure: int, column: int) -> tuple[float, floa
         for end, beyond in zip(bounds, (-np.inf, np.inf), strict=True)
     )
     low, high = (end if math.isfinite(end) else math.nan for end in (low, high))
-    if found.validation is not None:
-        over = found.validation.quantile(measure, CONFIGURATIONS[column], 0.5)
+    if accuracy_map.validation is not None:
+        over = accuracy_map.validation.quantile(measure, CONFIGURATIONS[column], 0.5)
         low = low if math.isnan(low + over.low) else min(low, over.low)
         high = high if math.isnan(high + over.high) else max(high, over.high)
     return value, low, high
 
 
-def _median_count_label(found: WorkspaceMap) -> str:
+def _median_count_label(accuracy_map: WorkspaceMap) -> str:
     points = (
         ""
-        if found.validation is None
-        else f", {several(len(found.validation.points), 'validation point')}"
+        if accuracy_map.validation is None
+        else f", {several(len(accuracy_map.validation.points), 'validation point')}"
     )
-    return several(int(counted_cells(found).sum()), "cell") + points
+    return several(int(counted_cells(accuracy_map).sum()), "cell") + points
 
 
-def within_section(found: WorkspaceMap) -> Section:
+def within_section(accuracy_map: WorkspaceMap) -> Section:
     """Return the table of the share and size of the workspace within several errors."""
-    values, validation = found.selected[counted_cells(found)], found.validation
-    target = None if found.within_target is None else found.within_target.target
+    values, validation = accuracy_map.selected[counted_cells(accuracy_map)], accuracy_map.validation
+    target = None if accuracy_map.within_target is None else accuracy_map.within_target.target
     errors = {} if target is None else {str(length(target, stated=True)): (target, "the target")}
     for part in _SHARES:
         error = float(np.quantile(values, part))
         errors.setdefault(str(length(error)), (error, ""))
     rows = tuple(
-        Row(f"within {label}", share_within(found, error), remark)
+        Row(f"within {label}", share_within(accuracy_map, error), remark)
         for label, (error, remark) in errors.items()
     )
-    note = f"{percentile_label(found)} of the error, {configuration_label(found)}. " + (
-        (
-            "No point sampled in space is in reach (the workspace is nearly a surface): shares of "
-            "the cells, with intervals as of independent draws"
+    note = (
+        f"{percentile_label(accuracy_map)} of the error, {configuration_label(accuracy_map)}. "
+        + (
+            (
+                "No point sampled in space is in reach (the workspace is nearly a surface): "
+                "shares of "
+                "the cells, with intervals as of independent draws"
+            )
+            if validation is None
+            else f"At {several(len(validation.points), 'validation point')} sampled uniformly "
+            "over the "
+            "workspace; Clopper-Pearson intervals, including "
+            "the uncertainty of the figures"
         )
-        if validation is None
-        else f"At {several(len(validation.points), 'validation point')} sampled uniformly over the "
-        "workspace; Clopper-Pearson intervals, including "
-        "the uncertainty of the figures"
     )
     return Section("within", "Share of the workspace by error", ("share", "size"), rows, note)
 
 
-def budget_section(found: WorkspaceMap) -> Section | None:
+def budget_section(accuracy_map: WorkspaceMap) -> Section | None:
     """Return the table of the error budget by zone; None where the arm has no errors."""
-    if not found.budgets or not found.budgets[0].costs:
+    if not accuracy_map.budgets or not accuracy_map.budgets[0].costs:
         return None
-    first = found.budgets[0]
-    shares = [{cost.part: cost.share for cost in each.costs} for each in found.budgets]
+    first = accuracy_map.budgets[0]
+    shares = [{cost.part: cost.share for cost in each.costs} for each in accuracy_map.budgets]
     samples = [
         f"{several(each.poses, 'pose')} in {several(each.cells, 'cell')}: {each.zone}"
-        for each in found.budgets
+        for each in accuracy_map.budgets
     ]
     rows = [
         Row(
             "r.m.s. error",
             tuple(
                 length(each.rms, samples=text)
-                for each, text in zip(found.budgets, samples, strict=True)
+                for each, text in zip(accuracy_map.budgets, samples, strict=True)
             ),
             "of the zone",
         )
@@ -182,33 +190,43 @@ def budget_section(found: WorkspaceMap) -> Section | None:
         rows.append(Row(short_name(cost.part), figures))
     note = (
         "shares of the mean-square error, exact sums over terms at the poses of the figures "
-        f"({configuration_label(found)}), the largest first"
+        f"({configuration_label(accuracy_map)}), the largest first"
     )
     return Section(
         "budget",
         "Error budget by zone",
-        tuple(each.zone for each in found.budgets),
+        tuple(each.zone for each in accuracy_map.budgets),
         tuple(rows),
         note,
     )
 
 
-def reach_section(found: WorkspaceMap) -> Section:
+def reach_section(accuracy_map: WorkspaceMap) -> Section:
     """Return the table of reachable cells and evaluated poses."""
-    reached, errors = found.reached, found.evaluated.errors
+    reached, errors = accuracy_map.reached, accuracy_map.evaluated.errors
     counts = reached.counts[reached.counts > 0]
     poses = f"{len(reached.q)} evaluated poses"
     rim = int(((reached.counts > 0) & ~reached.centre).sum())
-    size = found.size
+    size = accuracy_map.size
     rows = [
-        Row("cells reached", (Cell(len(counts), "1"),), f"edge {edge_label(found)}"),
+        Row("cells reached", (Cell(len(counts), "1"),), f"edge {edge_label(accuracy_map)}"),
         Row("partly reached cells", (Cell(rim, "1"),), "centre out of reach"),
         Row(
             {3: "volume", 2: "area", 1: "length"}[max(reached.grid.dimensions, 1)],
-            (Cell(size.value, size_unit(found), size.low, size.high, _points_label(found)),)
+            (
+                Cell(
+                    size.value,
+                    size_unit(accuracy_map),
+                    size.low,
+                    size.high,
+                    _points_label(accuracy_map),
+                ),
+            )
             if size.value
-            else (Cell(0.0, size_unit(found)),),
-            _points_label(found) if size.value else "the workspace is a surface on this grid",
+            else (Cell(0.0, size_unit(accuracy_map)),),
+            _points_label(accuracy_map)
+            if size.value
+            else "the workspace is a surface on this grid",
         ),
         Row("poses sampled", (Cell(reached.sampled, "1"),), "Sobol sequences"),
         Row(
@@ -223,8 +241,8 @@ def reach_section(found: WorkspaceMap) -> Section:
         ),
         Row(
             "cells with fewer than requested",
-            (Cell(int((counts < found.per_cell).sum()), "1"),),
-            f"least {int(counts.min())} of {found.per_cell}",
+            (Cell(int((counts < accuracy_map.per_cell).sum()), "1"),),
+            f"least {int(counts.min())} of {accuracy_map.per_cell}",
         ),
         Row(
             "poses with valid figures",
@@ -233,7 +251,7 @@ def reach_section(found: WorkspaceMap) -> Section:
         ),
         Row(
             "cells without a valid figure",
-            (Cell(int(found.uncertain.sum()), "1"),),
+            (Cell(int(accuracy_map.uncertain.sum()), "1"),),
             "a few two-valued errors dominate: see the intervals",
         ),
     ]

@@ -112,7 +112,7 @@ def _at_rise(gearbox: CycloidalGearbox, rise: float) -> CycloidalGearbox:
     return out
 
 
-def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSource]:
+def sources(gearbox: CycloidalDrawing, mechanism: Behaviour) -> dict[str, ErrorSource]:
     """Return the error sources of a gearbox of this drawing by name, without those that are zero.
 
     Play and wind-up are drawn independently. In a real gearbox they partly cancel, because a flank
@@ -120,22 +120,26 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
     third.
     """
     out: dict[str, ErrorSource] = {}
-    play = float(found.play.mean())
+    play = float(mechanism.play.mean())
     if play > 0:
         # a normal distribution of the same mean and deviation, truncated at zero play
-        limit = min(float(found.play.std()) * Normal().bound, play)
+        limit = min(float(mechanism.play.std()) * Normal().bound, play)
         out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest)
     materials: dict[str, list[tuple[str, float]]] = {}
     for each in material_shares(gearbox):
         for name, share in each.shares.items():
             if each.material.scatter:
                 materials.setdefault(name, []).append((each.name, share * each.material.scatter))
-    for name, angle in found.wind_up.items():
+    for name, angle in mechanism.wind_up.items():
         if angle.any():
-            scatter = found.scatter if name == CONTACTS else None
-            out[name] = GearboxWindUp(found.torque, angle, scatter, tuple(materials.get(name, ())))
-    if found.harmonics:
-        out["transmission error"] = TransmissionError(found.harmonic_torque, found.harmonics)
-    if found.friction.any:
-        out["friction"] = replace(found.loop, scatter=gearbox.hysteresis_scatter)
+            scatter = mechanism.scatter if name == CONTACTS else None
+            out[name] = GearboxWindUp(
+                mechanism.torque, angle, scatter, tuple(materials.get(name, ()))
+            )
+    if mechanism.harmonics:
+        out["transmission error"] = TransmissionError(
+            mechanism.harmonic_torque, mechanism.harmonics
+        )
+    if mechanism.friction.any:
+        out["friction"] = replace(mechanism.loop, scatter=gearbox.hysteresis_scatter)
     return out

@@ -96,7 +96,7 @@ class _Scale:
     factor: float
 
 
-def arm_in_workspace(found: PicturedErrors) -> Iterator[Plot]:
+def arm_in_workspace(pictured: PicturedErrors) -> Iterator[Plot]:
     """Yield the arm at the poses with the largest and the smallest mean error, each in the cut
     through its workspace that holds base axis and tool.
 
@@ -105,66 +105,66 @@ def arm_in_workspace(found: PicturedErrors) -> Iterator[Plot]:
     Where all poses have one error there is one plot.
     """
     chosen = (
-        {"worst": int(found.mean.argmax()), "best": int(found.mean.argmin())}
-        if np.ptp(found.mean) > 0
+        {"worst": int(pictured.mean.argmax()), "best": int(pictured.mean.argmin())}
+        if np.ptp(pictured.mean) > 0
         else {"shown": 0}
     )
-    bias, axes = _errors(found, list(chosen.values()))
+    bias, axes = _errors(pictured, list(chosen.values()))
     longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (bias, axes))
-    unit = unit_of_length(float(found.within.max()))
+    unit = unit_of_length(float(pictured.within.max()))
     limits = class_limits(
-        *(float(each) * factor_of(unit) for each in np.percentile(found.within, COVERED))
+        *(float(each) * factor_of(unit) for each in np.percentile(pictured.within, COVERED))
     )
-    scale = _Scale(limits, unit, _factor(_ERROR * found.size / longest) if longest else 1.0)
+    scale = _Scale(limits, unit, _factor(_ERROR * pictured.size / longest) if longest else 1.0)
     shown = [
         ShownPose(
-            f"{name} pose", found.q[k], bias[n], axes[n], _words(found, name, k, scale.factor)
+            f"{name} pose", pictured.q[k], bias[n], axes[n], _words(pictured, name, k, scale.factor)
         )
         for n, (name, k) in enumerate(chosen.items())
     ]
     scene = ArmScene(
-        found.arm,
+        pictured.arm,
         shown,
         scale.factor,
-        found.flat,
-        _cells(found, scale) if len(found.q) >= NEAREST else None,
+        pictured.flat,
+        _cells(pictured, scale) if len(pictured.q) >= NEAREST else None,
     )
     for n, (name, k) in enumerate(chosen.items()):
         yield Plot(
             f"arm-{name}" if n else "arm",
             FIRST_SCREEN,
-            *_picture(found, name, k, bias[n], scale),
+            *_picture(pictured, name, k, bias[n], scale),
             None if n else scene,
         )
 
 
-def sections_of(found: PicturedErrors) -> PoseValues:
+def sections_of(pictured: PicturedErrors) -> PoseValues:
     """Return the 95th percentile at each pose for sections in the classes of the pictures above,
     with the worst pose marked.
     """
-    unit = unit_of_length(float(found.within.max()))
+    unit = unit_of_length(float(pictured.within.max()))
     values, target = (
-        found.within * factor_of(unit),
-        None if found.target is None else found.target * factor_of(unit),
+        pictured.within * factor_of(unit),
+        None if pictured.target is None else pictured.target * factor_of(unit),
     )
     return PoseValues(
-        found.arm,
-        found.tool,
+        pictured.arm,
+        pictured.tool,
         values,
         _WHAT,
         unit,
-        int(found.mean.argmax()),
+        int(pictured.mean.argmax()),
         "worst pose",
-        found.reachable,
+        pictured.reachable,
         target,
     )
 
 
-def _errors(found: PicturedErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
+def _errors(pictured: PicturedErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
     """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids
     with 95 % of the positions about them, m.
     """
-    matrix = pose_matrix(found.arm, found.q[poses], approach=found.approach)
+    matrix = pose_matrix(pictured.arm, pictured.q[poses], approach=pictured.approach)
     drawn = matrix.merged.tool[:, 3:][
         :, :, matrix.merged.columns("robot", "visit", "robot x visit")
     ]
@@ -176,15 +176,15 @@ def _errors(found: PicturedErrors, poses: Sequence[int]) -> tuple[Floats, Floats
     ] * axes.transpose(0, 2, 1)
 
 
-def _words(found: PicturedErrors, name: str, pose: int, factor: float) -> str:
+def _words(pictured: PicturedErrors, name: str, pose: int, factor: float) -> str:
     """Return what the viewer shows at a pose."""
-    within, mean = (length(float(each[pose])) for each in (found.within, found.mean))
+    within, mean = (length(float(each[pose])) for each in (pictured.within, pictured.mean))
     errors = (
         (
             f" Arrow: mean error; ellipsoid: 95 % of positions about it; both drawn {factor:g} "
             "times larger."
         )
-        if found.mean[pose]
+        if pictured.mean[pose]
         else ""
     )
     return (
@@ -192,38 +192,38 @@ def _words(found: PicturedErrors, name: str, pose: int, factor: float) -> str:
     )
 
 
-def _cells(found: PicturedErrors, scale: _Scale) -> Cells:
+def _cells(pictured: PicturedErrors, scale: _Scale) -> Cells:
     """Return the coloured cells of the workspace."""
-    edge = found.size / CELLS
+    edge = pictured.size / CELLS
     low, values = cells_in_space(
-        found.reachable,
-        found.tool,
-        found.within * factor_of(scale.unit),
+        pictured.reachable,
+        pictured.tool,
+        pictured.within * factor_of(scale.unit),
         edge,
-        symmetry_axis(found.arm),
+        symmetry_axis(pictured.arm),
     )
     return Cells(edge, low, class_of(values, scale.limits), scale.limits, _WHAT, scale.unit)
 
 
 def _picture(
-    found: PicturedErrors, name: str, pose: int, bias: Floats, scale: _Scale
+    pictured: PicturedErrors, name: str, pose: int, bias: Floats, scale: _Scale
 ) -> tuple[Figure, str]:
     """Return the figure of the arm at a pose in its cut, and what it shows in words."""
-    tool, edge, error = found.tool[pose], found.size / CELLS, scale.factor * bias
-    view, names = _view(tool, flat=found.flat)
+    tool, edge, error = pictured.tool[pose], pictured.size / CELLS, scale.factor * bias
+    view, names = _view(tool, flat=pictured.flat)
     drawn, on = one("", 132, width=178)
-    shown, axis = found.within * factor_of(scale.unit), symmetry_axis(found.arm)
+    shown, axis = pictured.within * factor_of(scale.unit), symmetry_axis(pictured.arm)
     across, up, values = cells_of_cut(
-        found.reachable, found.tool, shown, view, float(view[2] @ tool), edge, axis
+        pictured.reachable, pictured.tool, shown, view, float(view[2] @ tool), edge, axis
     )
-    coloured = len(found.q) >= NEAREST
+    coloured = len(pictured.q) >= NEAREST
     if coloured:
         cells(on, across * 1e3, up * 1e3, class_of(values, scale.limits))
         class_legend(drawn, scale.limits, f"{_WHAT} [{scale.unit}]")
     else:
         cells(on, across * 1e3, up * 1e3, np.where(np.isfinite(values), 0, -1), (LIGHT["line"],))
     seen = np.concatenate(
-        [*_arm(on, found, pose, view), 1e3 * np.column_stack([across[[0, -1]], up[[0, -1]]])]
+        [*_arm(on, pictured, pose, view), 1e3 * np.column_stack([across[[0, -1]], up[[0, -1]]])]
     )
     on.set_xlim(float(seen[:, 0].min()) - 1e3 * edge, float(seen[:, 0].max()) + 1e3 * edge)
     on.set_ylim(float(seen[:, 1].min()) - 1e3 * edge, float(seen[:, 1].max()) + 1e3 * edge)
@@ -253,7 +253,7 @@ def _picture(
         if coloured
         else "Grey: what the tool reaches."
     )
-    mean = length(float(found.mean[pose]))
+    mean = length(float(pictured.mean[pose]))
     return (
         drawn,
         (
@@ -277,13 +277,13 @@ def _view(tool: Floats, *, flat: bool) -> tuple[Floats, tuple[str, str]]:
     )
 
 
-def _arm(on: Axes, found: PicturedErrors, pose: int, view: Floats) -> list[Floats]:
+def _arm(on: Axes, pictured: PicturedErrors, pose: int, view: Floats) -> list[Floats]:
     """Draw the bodies of the arm from far to near, and return their outlines (corner, 2), mm."""
     from matplotlib.patches import Polygon
 
-    at = state_of(found.arm, found.q[pose : pose + 1]).frames[:, 0]
+    at = state_of(pictured.arm, pictured.q[pose : pose + 1]).frames[:, 0]
     bodies = sorted(
-        found.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3])
+        pictured.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3])
     )
     outlines = [body.silhouette(at[body.place], view[:2]) * 1e3 for body in bodies]
     for body, outline in zip(bodies, outlines, strict=True):

@@ -58,11 +58,11 @@ _PARTS_SHOWN: Final = 15
 _LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
-def levels(found: Budget) -> Figure:
+def levels(blame: Budget) -> Figure:
     """Draw the r.m.s. error as manufactured, compensated, and with each robot mapped, split by
     level.
     """
-    squares = found.rms**2 * np.maximum(found.levels, 0.0)
+    squares = blame.rms**2 * np.maximum(blame.levels, 0.0)
     stages = ("as manufactured", "load and pose\ncompensated", "and each robot\nmapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     shown = in_one_unit([length(math.sqrt(whole)) for whole in left])
@@ -121,10 +121,10 @@ def budget(answer: Answer) -> Figure:
     return figure
 
 
-def by_level(found: Sequence[Cost], title: str) -> Figure:
+def by_level(contributions: Sequence[Cost], title: str) -> Figure:
     """Draw shares of the mean square in %, stacked by level; negative shares cancel others."""
-    shown = [cost for cost in found if abs(cost.share) >= _LEAST_SHOWN][:_PARTS_SHOWN]
-    rest = [cost for cost in found if cost not in shown]
+    shown = [cost for cost in contributions if abs(cost.share) >= _LEAST_SHOWN][:_PARTS_SHOWN]
+    rest = [cost for cost in contributions if cost not in shown]
     names = [short_name(cost.part) for cost in shown]
     shares = 100 * np.array([cost.levels for cost in shown]).reshape(-1, 3)
     if rest:
@@ -157,14 +157,14 @@ def _shares(on: Axes, names: Sequence[str], values: Floats) -> None:
     label_axes(on, "share of mean square [%]")
 
 
-def of_budget(found: Budget, places: Sequence[Budget]) -> list[Plot]:
+def of_budget(blame: Budget, places: Sequence[Budget]) -> list[Plot]:
     """Return the plots of the error budgets without sampling. None where nothing errs."""
-    if not found.parts:
+    if not blame.parts:
         return []
-    parts = by_level(found.parts, "Share of mean square by part")
-    causes = by_level(found.causes, "Share of mean square by kind of error")
+    parts = by_level(blame.parts, "Share of mean square by part")
+    causes = by_level(blame.causes, "Share of mean square by kind of error")
     return [
-        Plot("levels", "levels", levels(found), LEVELS_TEXT),
+        Plot("levels", "levels", levels(blame), LEVELS_TEXT),
         Plot(
             "budget",
             "budget_levels",
@@ -222,11 +222,11 @@ _STEPS = (
 _WIDE = 0.62
 
 
-def waterfall(found: Waterfall) -> Figure:
+def waterfall(remedies: Waterfall) -> Figure:
     """Draw what remains of the 95th percentile after each remedy with its 95 % interval, and above
     it, paler, what the remedy removes.
     """
-    stages = {stage.name: stage for stage in found.stages}
+    stages = {stage.name: stage for stage in remedies.stages}
     steps = [step for step in _STEPS if step[0] in stages]
     at = [stages[name].q95 for name, _ in steps]
     shown = in_one_unit([length(each.value, each.low, each.high) for each in at])
