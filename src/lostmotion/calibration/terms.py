@@ -137,7 +137,9 @@ def added_terms(arm: Arm, sizes: Deviations) -> tuple[PlacedTerm, ...]:
 def _frame(owner: str, kind: str, place: int, turn: float, shift: float) -> list[PlacedTerm]:
     named = [(f"turn {axis}", turn) for axis in "xyz"] + [(f"shift {a}", shift) for a in "xyz"]
     return [
-        PlacedTerm(owner, kind, None, place, _constant(name, owner, row, size))
+        PlacedTerm(
+            owner, kind, None, place, _constant(name, owner.removeprefix(f"{kind} "), row, size)
+        )
         for row, (name, size) in zip(np.eye(6), named, strict=True)
         if size
     ]
