@@ -191,7 +191,8 @@ def costs(tally: Tally) -> list[Cost]:
                 (design, robot, visit),
             )
         )
-    return sorted(out, key=lambda cost: -cost.share)
+    # what is equal but for rounding stays in the order of the arm
+    return sorted(out, key=lambda cost: -float(f"{cost.share:.9g}"))
 
 
 @dataclass(frozen=True)
