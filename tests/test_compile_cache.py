@@ -217,3 +217,33 @@ def test_a_changed_constant_of_another_file_changes_the_result(tmp_path):
         "2.0 1\n",
         "3.0 1\n",
     ]
+
+
+_COLUMNS = """
+import hashlib, sys
+import numpy as np
+import lostmotion
+from lostmotion.error_model.pose_matrix import pose_matrix
+arm = lostmotion.read(sys.argv[1])
+low, high = arm.limits.T
+poses = low + (high - low) * np.random.default_rng(1).random((8, len(low)))
+print(hashlib.sha256(pose_matrix(arm, poses).tool.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_kernels_from_the_cache_give_the_bits_of_those_just_compiled(tmp_path):
+    """Bearings and drives of a drawn arm: their kernels fuse products and sums."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    arm = Path(__file__).parents[1] / "examples" / "arm-from-drawings.toml"
+    compiled_now, from_cache = (
+        subprocess.run(
+            [sys.executable, "-c", _COLUMNS, str(arm)],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for _ in range(2)
+    )
+    assert compiled_now == from_cache

@@ -44,3 +44,9 @@ def compiled_with(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:  # 
 
 
 compiled = compiled_with()
+# With products and sums fused into one rounding, a kernel and the functions that it calls.
+fused = compiled_with(fastmath={"contract"})
+# A called function that stayed one of its own would be compiled twice and fused in two ways: by
+# itself, and within the kernel. Which of them runs would depend on whether the kernel comes from
+# the cache.
+fused_part = compiled_with(fastmath={"contract"}, forceinline=True)

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.compiled import compiled_with
+from lostmotion.compiled import fused, fused_part
 from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
 
 LINEAR, LOGARITHMIC, POWER = range(3)
@@ -36,10 +36,8 @@ _HALVINGS: Final = 30
 _LOWEST: Final = LEAST_LOGARITHM
 _POWER: Final = PALMGREN_EXPONENT
 
-_jit = compiled_with(fastmath={"contract"})
 
-
-@_jit
+@fused_part
 def _push(law, delta, soft, scale):
     """Return force (N) and stiffness (N/m) at an approach delta > 0 (m): delta = F soft | soft F
     (scale - ln F) | soft F^0.9 + scale F.
@@ -84,7 +82,7 @@ def _push(law, delta, soft, scale):
     return force, 1.0 / (_POWER * soft * force ** (_POWER - 1.0) + scale)
 
 
-@_jit
+@fused_part
 def _balance(law, x, v, side, across, arm, gap, soft, scale, sums, forces):
     """Write the forces at x, v, and their sums over all contacts to `sums`: F n_x, F a, F, k n_x^2,
     k n_x a, k a^2.
@@ -107,7 +105,7 @@ def _balance(law, x, v, side, across, arm, gap, soft, scale, sums, forces):
     sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = fx, fv, total, kxx, kxv, kvv
 
 
-@_jit
+@fused_part
 def _start(law, pull, x, side, across, arm, gap, soft, scale):
     """Return a start value of v: the mean of the driving gaps, at least the first contact, plus the
     approach under an equal share of the load.
@@ -132,7 +130,7 @@ def _start(law, pull, x, side, across, arm, gap, soft, scale):
     return max(first, weighted / max(weight, 1e-300)) + more
 
 
-@_jit
+@fused_part
 def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums, forces):
     """Return v at which the contacts balance the pull (T/r, positive) and the push along the line
     of centres, and the residual.
@@ -205,7 +203,7 @@ def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale
     return v, max(abs(rx), abs(pull - sums[1])) / unit
 
 
-@_jit
+@fused
 def solve_cases(
     first,  # case, counted (torque * cranks + crank) * draws + draw
     last,  # one past the last case

@@ -16,6 +16,7 @@ from typing import Final
 
 import numpy as np
 
+from lostmotion.compiled import fused, fused_part
 from lostmotion.laws.cycloid.contact_kernel import (
     BEARING,
     LOADED,
@@ -33,7 +34,6 @@ from lostmotion.laws.cycloid.elastic_residual_kernel import (
     STALLED,
     TOTAL,
     factorise,
-    jit,
     left_over,
     nearest,
     start,
@@ -47,7 +47,7 @@ _STEPS: Final = 200
 _HALVINGS: Final = 12
 
 
-@jit
+@fused_part
 def _equilibrium(
     law,
     pull,
@@ -196,7 +196,7 @@ def _equilibrium(
     return x, v, max(max(abs(rx), abs(pull - sums[AROUND])) / unit, sums[LENGTH] / length)
 
 
-@jit
+@fused
 def solve_cases(
     first,  # case, counted (torque * cranks + crank) * draws + draw
     last,  # one past the last case

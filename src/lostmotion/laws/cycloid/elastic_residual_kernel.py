@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.compiled import compiled_with
+from lostmotion.compiled import fused_part
 from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
 from lostmotion.laws.cycloid.contact_kernel import (
     LINEAR,
@@ -25,10 +25,9 @@ _LOWEST: Final = LEAST_LOGARITHM
 _POWER: Final = PALMGREN_EXPONENT
 # Sums over all contacts.
 ALONG, AROUND, TOTAL, LENGTH, LARGEST = range(5)
-jit = compiled_with(fastmath={"contract"})
 
 
-@jit
+@fused_part
 def _approach(law, force, soft, scale):
     """Return approach (m) and compliance (m/N) under a force > 0 (N): F soft | soft F (scale - ln
     F) | soft F^0.9 + scale F.
@@ -46,7 +45,7 @@ def _approach(law, force, soft, scale):
     return bending + scale * force, _POWER * bending / force + scale
 
 
-@jit
+@fused_part
 def left_over(
     law, x, v, state, compliance, side, across, arm, gap, soft, scale, flexible, moved, left, sums
 ):
@@ -82,7 +81,7 @@ def left_over(
     )
 
 
-@jit
+@fused_part
 def factorise(law, state, side, across, arm, soft, scale, flexible, loaded, matrix, columns, left):
     """Factorise the compliance matrix of the loaded contacts; write its inverse times left, n_x and
     arm to the columns. Returns their number.
@@ -119,7 +118,7 @@ def factorise(law, state, side, across, arm, soft, scale, flexible, loaded, matr
     return count
 
 
-@jit
+@fused_part
 def start(law, pull, side, arm, gap, soft, scale, flexible, state, moved):
     """Write a start value of s for each contact, from shares of the load in proportion to the arms.
     Returns v and the compliance c.
@@ -160,7 +159,7 @@ def start(law, pull, side, arm, gap, soft, scale, flexible, state, moved):
     return v, compliance
 
 
-@jit
+@fused_part
 def nearest(law, pull, x, side, across, arm, gap, soft, scale, flexible, state, moved):
     """Load the driving contact that is nearest to touching, where none is loaded. Returns v, or its
     former value.

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from lostmotion.compiled import compiled_with
+from lostmotion.compiled import fused, fused_part
 
 # hundreds of steps are needed where a very small load in a large clearance closes one contact after
 # another
@@ -26,10 +26,8 @@ _ROUNDING: Final = 5e-16
 _SOFTEST: Final = 1e-12
 _POINT: Final = 1.5  # exponent of a point contact, computed faster by a square root
 
-_jit = compiled_with(fastmath={"contract"})
 
-
-@_jit
+@fused_part
 def _closed(contact, clearance, displacement):
     """Return the closure of a contact (m), the magnitude of its terms (for rounding), and its
     direction (components of across and along).
@@ -48,7 +46,7 @@ def _closed(contact, clearance, displacement):
     return length - contact.apart, length, radial / length, axial / length
 
 
-@_jit
+@fused_part
 def _push(contact, approach):
     """Return the force (N) of a contact with the closure `approach` (m)."""
     return contact.stiffness * (
@@ -56,7 +54,7 @@ def _push(contact, approach):
     )
 
 
-@_jit
+@fused_part
 def _hold(contacts, clearance, displacement, held, slope, way, bow):
     """Write the supported load to `held` (5,) and its derivative to `slope` (5, 5; lower triangle).
     Return the rounding of the sums, N.
@@ -88,7 +86,7 @@ def _hold(contacts, clearance, displacement, held, slope, way, bow):
     return _ROUNDING * noise
 
 
-@_jit
+@fused_part
 def _dot(one, other):
     total = 0.0
     for k in range(5):
@@ -96,7 +94,7 @@ def _dot(one, other):
     return total
 
 
-@_jit
+@fused_part
 def _step(slope, lack, root, step):
     """Solve slope step = lack by Cholesky factorisation (`root`), with almost no step along
     directions without stiffness and load.
@@ -124,7 +122,7 @@ def _step(slope, lack, root, step):
         step[k] /= root[k, k]
 
 
-@_jit
+@fused_part
 def _balance(
     contacts, clearance, wanted, reach, displacement, held, slope, trial, lack, step, root, way, bow
 ):
@@ -188,7 +186,7 @@ def _balance(
         tries = 0
 
 
-@_jit
+@fused
 def solve_cases(
     contacts,  # (contact,) as `rolling.rows.CONTACT`, per displacement in metres
     clearance,  # (case,) m
