@@ -16,6 +16,7 @@ from lostmotion.analyses.iso9283.page.labels import (
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.laws.iso230 import APPROACHES, POSITIONS
 from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.printed import stated_text
 from lostmotion.propagation.iso9283.axes import REPEATABILITY
 from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES
@@ -264,8 +265,8 @@ def _axes_of_makers(predicted: PredictedRobots) -> Section:
     travels = []
     for each in predicted.axes:
         unit, factor = ("deg", math.degrees(1)) if each.turns else ("mm", 1e3)
-        low, high = (factor * each.travel).round(1).tolist()
-        travels.append(f"{each.axis} {low:g} … {high:g} {unit}")
+        low, high = (stated_text(factor * end) for end in each.travel.tolist())
+        travels.append(f"{each.axis} {low} … {high} {unit}")
     note = (
         "by ISO 230-2:2014, as makers of positioners state it: one axis moves at a time, through "
         f"P1; {POSITIONS} positions, the outer ones a tenth of the travel from its ends. "
