@@ -40,3 +40,9 @@ class Recent(Generic[T]):
             while self._bytes > self._most:
                 self._bytes -= self._size(self._kept.popitem(last=False)[1])
         return found
+
+    def clear(self) -> None:
+        """Keep nothing."""
+        with self._lock:
+            self._kept.clear()
+            self._bytes = 0

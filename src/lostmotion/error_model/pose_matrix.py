@@ -17,7 +17,7 @@ from lostmotion.error_model.columns import Draws, ToolScrews, column_of, grouped
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.settled_columns import moved_tool
 from lostmotion.laws.distributions import COMPARED
-from lostmotion.mechanism.standing import standing_at
+from lostmotion.mechanism.standing import bytes_of, forget_states, standing_at
 from lostmotion.mechanism.state import BLOCK, as_poses, blocks_of
 from lostmotion.parts import forms_together
 from lostmotion.recent import Recent
@@ -205,7 +205,15 @@ def pose_matrices(
 
 
 # Matrices of a study that several of its figures need, some thousand poses.
-_RECENT: Final = Recent[PoseMatrix](64 << 20, lambda matrix: 2 * matrix.tool.nbytes)
+_RECENT: Final = Recent[PoseMatrix](
+    192 << 20, lambda matrix: 3 * matrix.tool.nbytes + bytes_of(matrix.state)
+)
+
+
+def forget_matrices() -> None:
+    """Keep no matrix and no state, in a run that visits each pose once."""
+    _RECENT.clear()
+    forget_states()
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
+from lostmotion.error_model.pose_matrix import PoseMatrix, forget_matrices, pose_matrix
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
 from lostmotion.propagation.montecarlo import kernel
@@ -276,7 +276,9 @@ def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, byte
     """Return the bytes of this block, and the versions that computed them. For workers that know
     nothing but the order's text.
     """
-    return pack(compute(order_of(text), design, block)), made_with()
+    packed = pack(compute(order_of(text), design, block))
+    forget_matrices()
+    return packed, made_with()
 
 
 def parts_of(arm: Arm) -> tuple[str, ...]:
