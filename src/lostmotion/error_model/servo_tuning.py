@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.mechanism.standing import falls_at
 from lostmotion.parts.joint import has_drive
 
 if TYPE_CHECKING:
@@ -34,19 +35,32 @@ def tuned_rms(arm: Arm, q: Floats, *, approach: float = 0.0) -> dict[str, float]
 
     q  (pose, joint) rad or m, of which at most 256 in equal steps are visited
 
-    Each tuning is settled again: the error is that of the tuned arm where it stands. Raises
-    InputError where an arm cannot hold its load.
+    Each tuning is settled again: the error is that of the tuned arm where it stands. Poses at which
+    the arm falls with one of them are excluded from all; empty where none remains.
     """
     if not any(joint.servo is not None and joint.servo.droops for joint in arm.driven):
         return {}
     chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), MOST_POSES)).astype(int))
-    out = {}
-    for tuning in TUNINGS:
-        joints = tuple(_tuned(joint, tuning) if has_drive(joint) else joint for joint in arm.joints)
-        tuned = arm.model_copy(update={"joints": joints})
-        tally = Tally.of(pose_matrix(tuned, q[chosen], approach=approach))
-        out[tuning] = math.sqrt(tally.total / tally.poses)
-    return out
+    arms = {
+        tuning: arm.model_copy(
+            update={
+                "joints": tuple(
+                    _tuned(joint, tuning) if has_drive(joint) else joint for joint in arm.joints
+                )
+            }
+        )
+        for tuning in TUNINGS
+    }
+    visited = q[chosen]
+    for tuned in arms.values():
+        visited = visited[falls_at(tuned, visited) < 0]
+    if not len(visited):
+        return {}
+    tallies = {
+        tuning: Tally.of(pose_matrix(tuned, visited, approach=approach))
+        for tuning, tuned in arms.items()
+    }
+    return {tuning: math.sqrt(each.total / each.poses) for tuning, each in tallies.items()}
 
 
 def _tuned(joint: RevoluteJoint | PrismaticJoint, tuning: str) -> RevoluteJoint | PrismaticJoint:

@@ -1,5 +1,5 @@
-"""Where first order is not valid in a closed chain: near a parallel singularity, poses have no
-figure of the error.
+"""Poses that have no figure of the error: those at which first order is not valid in a closed
+chain, near a parallel singularity, and those at which a soft arm falls.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from lostmotion.mechanism.closed_loads import load_remarks
 from lostmotion.mechanism.closed_trust import loosest, share_neglected
 from lostmotion.mechanism.even_poses import few_even_poses
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.mechanism.standing import falls_at, refuse_falling
 from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ FAILS: Final = 0.1
 _MOST_WITHOUT: Final = 0.05
 # Standard deviations of the error along the loose direction at which the share is taken.
 _DEVIATIONS: Final = 2.0
+# The same for soft arms that fall: where they do at most poses, no figure describes them.
+_MOST_FALLING: Final = 0.5
 _BLOCK: Final = 256
 _EXCLUDED: Final = (
     f"Poses above {100 * FAILS:g} % have no figure of the error: sampled ones are excluded, and as "
@@ -130,40 +133,69 @@ def _twists(matrix: PoseMatrix, draws: Floats) -> dict[int, Floats]:
 
 
 def trusted(arm: Arm, q: Floats) -> NDArray[np.bool_]:
-    """Return whether (pose,) first order is valid at each of these poses (pose, joint); everywhere
-    in an open chain.
+    """Return whether (pose,) a figure can be stated at each of these poses (pose, joint): first
+    order is valid in a closed chain, an open one stands.
     """
     if not may_not_assemble(arm):
-        return np.ones(len(q), dtype=bool)
+        return np.asarray(falls_at(arm, q) < 0)
     return trust(arm, q).valid
 
 
 def refuse_untrusted(arm: Arm, q: Floats, most: float = _MOST_WITHOUT) -> None:
-    """Raise InputError where first order is not valid at more than this share of the poses."""
+    """Raise InputError where first order is not valid at more than this share of the poses, or a
+    soft arm falls at more than half of them.
+    """
     if may_not_assemble(arm):
         trust(arm, q).refuse(most)
+    else:
+        refuse_falling(arm, q, falls_at(arm, q), _MOST_FALLING if most else 0.0)
 
 
 def with_figures(
-    arm: Arm, poses: Poses, *, beside: Sequence[Arm] = (), most: float = _MOST_WITHOUT
+    arm: Arm, poses: Poses, *, beside: Sequence[Arm] = (), most: float | None = None
 ) -> Poses:
-    """Return the poses without those at which first order is not valid; all for an open chain.
+    """Return the poses without those at which first order is not valid in a closed chain, and those
+    at which the springs of a soft arm cannot hold its load.
 
     beside  other arms that stand at the same poses, and that must have figures there
-    most    largest share of sampled poses without a figure
+    most    largest share of sampled poses without a figure; by default 5 % of a closed chain, and
+            half of a soft arm
 
     Of independent sets as many poses are kept in each. Raises InputError where poses that are given
     have one such pose, and where more than `most` of sampled ones are.
     """
-    if not may_not_assemble(arm):
-        return poses
-    found = trust(arm, poses.q)
-    found.refuse(0.0 if poses.law == "given" else most)
-    valid = np.all([found.valid, *(trusted(other, poses.q) for other in beside)], axis=0)
+    if may_not_assemble(arm):
+        validity = trust(arm, poses.q)
+        share = _MOST_WITHOUT if most is None else most
+        validity.refuse(0.0 if poses.law == "given" else share)
+        own = validity.valid
+    else:
+        own = _standing(arm, poses, _MOST_FALLING if most is None else most)
+    valid = np.all([own, *(trusted(other, poses.q) for other in beside)], axis=0)
+    return _kept(poses, valid)
+
+
+def where_it_stands(arm: Arm, poses: Poses) -> Poses:
+    """Return the poses without those at which the springs of a soft arm cannot hold its load, as
+    `with_figures`; all for a stiff one, and a closed chain.
+    """
+    return _kept(poses, _standing(arm, poses, _MOST_FALLING))
+
+
+def _standing(arm: Arm, poses: Poses, most: float) -> NDArray[np.bool_]:
+    places = falls_at(arm, poses.q)
+    refuse_falling(arm, poses.q, places, 0.0 if poses.law == "given" else most)
+    return np.asarray(places < 0)
+
+
+def _kept(poses: Poses, valid: NDArray[np.bool_]) -> Poses:
+    """Return the valid poses, as many of each set."""
     if valid.all():
         return poses
     sets = valid.reshape(poses.replicates, -1)
     each = int(sets.sum(axis=1).min())
+    if not each:  # a set without any: those of all sets as one
+        return replace(poses, q=poses.q[valid], replicates=1)
     rows = [np.flatnonzero(row)[:each] + k * len(row) for k, row in enumerate(sets)]
     return replace(poses, q=poses.q[np.concatenate(rows)])
 

@@ -23,6 +23,7 @@ from lostmotion.maps.cell_statistics import (
 )
 from lostmotion.maps.cells import dilated
 from lostmotion.maps.configurations import configurations_at, solve_positions
+from lostmotion.mechanism.standing import falls_at
 
 if TYPE_CHECKING:
     from lostmotion.maps.cells import CellPoses
@@ -142,6 +143,7 @@ def validate(  # noqa: PLR0913 - a study is these numbers
     lost = np.setdiff1d(np.arange(len(points)), at)
     new, at = np.vstack([new, q[done][lost]]), np.r_[at, lost]
     order = np.argsort(at, kind="stable")
+    order = order[falls_at(arm, new[order]) < 0]  # a soft arm has no figure where it falls
     new, at = new[order], at[order]
     found = errors(arm, new, level, approach=approach, threads=threads)
     bounds = bounds_by_cell(found, at, len(points), np.zeros(len(points), bool))

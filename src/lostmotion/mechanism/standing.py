@@ -11,8 +11,12 @@ from lostmotion.mechanism.state import State, as_poses, state_of
 from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
+
+_BLOCK: Final = 1024
 
 
 def bytes_of(state: State) -> int:
@@ -55,26 +59,54 @@ def standing(state: State) -> State:
     """
     state = state.settled()
     found = state.equilibrium
-    if found is None or not (found.falls_at >= 0).any():
-        return state
-    falling = np.flatnonzero(found.falls_at >= 0)
-    place = np.bincount(found.falls_at[falling]).argmax()
-    first = falling[found.falls_at[falling] == place][0]
-    arm, name = state.arm, state.arm.places[place]
+    if found is not None:
+        refuse_falling(state.arm, state.q, found.falls_at)
+    return state
+
+
+def falls_at(arm: Arm, q: Floats) -> NDArray[np.int64]:
+    """Return the index of the place whose springs cannot hold the load at each of these poses
+    (pose, joint); -1 where the arm stands, as stiff arms and closed chains do everywhere.
+    """
+    out = np.full(len(q), -1)
+    if not arm.soft_freedoms:
+        return out
+    for start in range(0, len(q), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        equilibrium = settled_at(arm, q[rows]).equilibrium
+        if equilibrium is not None:
+            out[rows] = equilibrium.falls_at
+    return out
+
+
+def cannot_hold(arm: Arm, places: NDArray[np.int64]) -> str:
+    """Return where springs cannot hold the load most often: "joint A", or "the link of A"."""
+    name = arm.places[np.bincount(places[places >= 0]).argmax()]
+    return f"the link of {name.removesuffix('.tip')}" if name.endswith(".tip") else f"joint {name}"
+
+
+def refuse_falling(arm: Arm, q: Floats, places: NDArray[np.int64], most: float = 0.0) -> None:
+    """Raise InputError where the arm falls, by the place of `falls_at` (pose,), at more than this
+    share of the poses q (pose, joint), with the joint that cannot hold.
+    """
+    falling = np.flatnonzero(places >= 0)
+    if len(falling) <= most * len(q):
+        return
+    place = np.bincount(places[falling]).argmax()
+    first = falling[places[falling] == place][0]
     pose = " ".join(
         f"{joint.name}={np.degrees(value):.4g}deg"
         if joint.twist[:3].any()
         else f"{joint.name}={1e3 * value:.4g}mm"
-        for joint, value in zip(arm.driven, state.q[first], strict=True)
+        for joint, value in zip(arm.driven, q[first], strict=True)
     )
-    where = "the link of" if name.endswith(".tip") else "joint"
     raise InputError(
         [
             Problem(
                 arm.name,
-                f"joints.{name.removesuffix('.tip')}",
-                f"no stable equilibrium at {len(falling)} of {len(state)} poses: the springs at "
-                f"{where} {name.removesuffix('.tip')} cannot hold the load, first at {pose}",
+                f"joints.{arm.places[place].removesuffix('.tip')}",
+                f"no stable equilibrium at {len(falling)} of {len(q)} poses: the springs at "
+                f"{cannot_hold(arm, places)} cannot hold the load, first at {pose}",
                 "a stiffness above the change of the load's torque per angle, a lighter load, or "
                 "other limits",
                 'stiffness = "2 N m/arcmin"',

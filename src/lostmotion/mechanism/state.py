@@ -92,7 +92,8 @@ class State:
         Every design term moves its place by its screw at the load and the frame of the deflected
         arm. Where there is no stable equilibrium, the frames are NaN and `equilibrium.falls_at` is
         the place that cannot hold. A settled state is returned as it is, and that of a closed
-        chain, whose deflection is of first order.
+        chain, whose deflection is of first order. The side of a play that no load closes takes no
+        part: it adds a constant turn, which the pose matrix carries with the loads that follow.
         """
         if self.equilibrium is not None or self.arm.closures:
             return self

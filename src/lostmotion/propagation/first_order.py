@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
+from lostmotion.error_model.trust import where_it_stands
 from lostmotion.errors import InputError, Problem
 from lostmotion.propagation.exact import FAILS, check, share_neglected
 
@@ -31,11 +32,12 @@ def refuse_large_errors(arm: Arm) -> None:
     are too large where their first-order sum differs from their exact composition by more than a
     tenth of the largest error, as it does for rotations of about 11 degrees.
     """
+    q = where_it_stands(arm, sample_poses(arm, _POSES)).q
     with np.errstate(over="ignore", invalid="ignore"):
         found = check(
-            pose_matrix(arm, sample_poses(arm, _POSES).q),
+            pose_matrix(arm, q),
             0,
-            np.arange(_POSES),
+            np.arange(len(q)),
             _SEED,
             _ROBOTS,
             _VISITS,

@@ -8,15 +8,21 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from lostmotion.mechanism.droop import droop
+from lostmotion.mechanism.standing import cannot_hold
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.sheet import Card, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from numpy.typing import NDArray
+
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.droop import Droop
     from lostmotion.propagation.exact import ExactCheck
     from lostmotion.reporting.sheet import Section, Sheet
     from lostmotion.runs.summary import Outcome
@@ -66,11 +72,25 @@ def failure(check: ExactCheck, error: float) -> str:
     )
 
 
-def _droops(arm: Arm) -> str:
-    """Return the remark on a soft arm that it droops; empty for a stiff one."""
-    if not arm.soft_freedoms:
+def with_falls(verdict: str, arm: Arm) -> str:
+    """Return the headline, after the sentence on a soft arm that falls at some poses."""
+    first = _falls(arm, droop(arm).falls_at) if arm.soft_freedoms else ""
+    return f"{first} {verdict}".strip()
+
+
+def _falls(arm: Arm, places: NDArray[np.int64]) -> str:
+    count = np.count_nonzero(places >= 0)
+    if not count:
         return ""
-    found = droop(arm)
+    return (
+        f"The arm falls at {count} of {len(places)} poses spread evenly between its limits, where "
+        f"the springs at {cannot_hold(arm, places)} cannot hold the load most often: no figure "
+        "counts these poses."
+    )
+
+
+def _droops(found: Droop) -> str:
+    """Return the remark on a soft arm that it droops."""
     return (
         f"droops by up to {length(found.length)} ({math.degrees(found.turn):.2g}°) under its own "
         "weight, payload and process force; its errors are those where it stands"
@@ -81,17 +101,21 @@ def _droops(arm: Arm) -> str:
 
 def checked(sheet: Sheet, check: ExactCheck, error: float, arm: Arm) -> Sheet:
     """Return a sheet as it is where first order holds for errors of this size (m); else with that
-    in its headline, and no interval of an error. Notes begin with the droop of a soft arm.
+    in its headline, and no interval of an error. The headline begins with the poses at which a soft
+    arm falls, the notes with its droop.
 
     The intervals would claim a certainty that is not there; the figures themselves stay.
     """
-    message, droops = failure(check, error), _droops(arm)
-    if droops:
-        sheet = replace(sheet, notes=(droops, *sheet.notes))
+    message = failure(check, error)
+    if arm.soft_freedoms:
+        found = droop(arm)
+        first, droops = _falls(arm, found.falls_at), _droops(found)
+        verdict, note = " ".join(filter(None, (first, sheet.verdict))), [droops] if droops else []
+        sheet = replace(sheet, verdict=verdict, notes=(*note, *sheet.notes))
     if not message:
         return sheet
     kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]
-    first = Card(
+    fails_by = Card(
         "first order fails by",
         str(length(check.largest)),
         "largest difference from exact composition",
@@ -104,7 +128,7 @@ def checked(sheet: Sheet, check: ExactCheck, error: float, arm: Arm) -> Sheet:
     return replace(
         sheet,
         verdict=message,
-        cards=(first, *kept),
+        cards=(fails_by, *kept),
         sections=_without_intervals(sheet.sections),
         facts={**sheet.facts, "first_order_fails": True},
         bars=shares,

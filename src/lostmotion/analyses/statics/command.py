@@ -84,8 +84,11 @@ def statics(
     asked = read_arguments(statics, locals())
     asked.ready()
     from lostmotion.analyses.statics.page import Statics
+    from lostmotion.error_model.trust import where_it_stands
 
-    visited = chosen_poses(asked.arm, asked.poses, asked.pose_law, asked.seed)
+    visited = where_it_stands(
+        asked.arm, chosen_poses(asked.arm, asked.poses, asked.pose_law, asked.seed)
+    )
     payload = None
     if asked.max_payload or asked.sag_limit is not None or asked.accuracy_limit is not None:
         from lostmotion.analyses.statics.payload import max_payload as largest

@@ -37,6 +37,7 @@ from lostmotion.propagation.error_samples import Summed
 from lostmotion.propagation.figures import FIRST, HEADLINE, MEAN, RMS, figures_of, percentile
 from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
+from lostmotion.reporting.first_order import with_falls
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.provenance import (
@@ -132,7 +133,6 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         for name, row in (("", row_at([section], "analytic", HEADLINE)), *inside)
         if row is not None
     }
-    halved = halved_sections("halving", "Effect of halving on the 95th percentile", blame)
     overloaded = overloads(arm, poses)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     cards = _cards(section, found_in, largest)
@@ -140,7 +140,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
-        verdict=_verdict(found_in[""], blame, known, arm, overloaded),
+        verdict=with_falls(_verdict(found_in[""], blame, known, arm, overloaded), arm),
         cards=bounded_cards(cards, known),
         sections=(
             *bounded_sections((section, *in_zones), known, ("analytic", "zone_")),
@@ -149,7 +149,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
                 (rms_section(remedied, len(poses)),) if blame.rms > 0 else (), known, ("remedies",)
             ),
             *by_level_sections(blame),
-            *halved,
+            *halved_sections("halving", "Effect of halving on the 95th percentile", blame),
             *requested_sections(places),
             *provenance_sections(known),
         ),

@@ -29,6 +29,7 @@ from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.reporting.arm_sheet import bounded_cards, with_arm
+from lostmotion.reporting.first_order import with_falls
 from lostmotion.reporting.provenance import assumed_value_sentences, caveats
 from lostmotion.reporting.sheet import Card, Cell, Sheet, several, table
 
@@ -119,7 +120,7 @@ def statics_sheet(
     tilt = "" if survey.tilt is None else f", base tilt {_tilt(survey)}"
     sheet = Sheet(
         subject="statics and compliance",
-        verdict=_verdict(survey, payload, known),
+        verdict=with_falls(_verdict(survey, payload, known), survey.arm),
         cards=bounded_cards(
             [
                 *payload_cards(arm, payload, known),

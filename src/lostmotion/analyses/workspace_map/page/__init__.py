@@ -31,6 +31,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.first_order import with_falls
 from lostmotion.reporting.provenance import (
     at_least,
     caveats,
@@ -102,7 +103,7 @@ def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
     return with_arm(
         Sheet(
             subject="accuracy map",
-            verdict=_verdict(found, known),
+            verdict=with_falls(_verdict(found, known), found.arm),
             cards=tuple(_cards(found, known)),
             sections=tuple(section for section in sections if section is not None),
             counts=(

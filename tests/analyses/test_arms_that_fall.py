@@ -1,0 +1,113 @@
+"""Soft arms that fall at some of the sampled poses: the share is in the headline, and figures are
+of the poses where they stand.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import lostmotion
+from lostmotion.mechanism.standing import falls_at
+from tests.arms import JOINT
+
+MASS, LENGTH, GRAVITY = 0.5, 0.3, 9.80665
+
+
+def upright(ratio, reach="60 deg", **more):
+    """Return a pendulum that turns from upright to either side, on a spring of this share of the
+    stiffness with which it stands upright.
+    """
+    joint = {
+        "type": "revolute",
+        "axis": "-y",
+        "name": "A",
+        "limits": (f"-{reach}", reach),
+        "servo": {"stiffness": ratio * MASS * GRAVITY * LENGTH},
+        "link": {"length": LENGTH, "direction": "z", "rigid": True, "mass": "0 kg"},
+        **more,
+    }
+    return lostmotion.Arm.model_validate(
+        {"name": "pendulum", "joints": [joint], "payload": {"mass": MASS}}
+    )
+
+
+def stands(ratio, command):
+    """Return the angle from upright at which spring and weight are in equilibrium on the side of
+    the command, by its own root: a = c + sin(a) / ratio.
+    """
+    return brentq(lambda a: a - command - np.sin(a) / ratio, command, np.pi)
+
+
+def test_a_pendulum_falls_upright_alone():
+    """On a spring of 0.9 m g l it falls where it is commanded upright, and droops elsewhere; on
+    one of 1.1 m g l it stands everywhere.
+    """
+    law = {"poses": 9, "pose_law": "grid", "robots": 20, "visits": 2}
+    q = np.linspace(-np.pi / 3, np.pi / 3, 9)[:, None]
+    np.testing.assert_array_equal(falls_at(upright(0.9), q) >= 0, np.abs(q[:, 0]) < 1e-9)
+    found = lostmotion.study(upright(0.9), **law)
+    assert len(found.poses) == 8
+    moved = [2 * LENGTH * np.sin((stands(0.9, c) - c) / 2) for c in np.abs(found.poses.q[:, 0])]
+    np.testing.assert_allclose(found.sampled.per_pose[:, 0], moved, rtol=1e-9)
+    whole = lostmotion.study(upright(1.1), **law)
+    assert len(whole.poses) == 9
+    assert "falls" not in whole.sheet.verdict
+
+
+def two(stiffness):
+    """Return two links in the vertical plane on equal springs."""
+    joints = [
+        {
+            **JOINT,
+            "name": name,
+            "axis": "-y",
+            "limits": ("-170 deg", "170 deg"),
+            "servo": {"stiffness": f"{stiffness} N m/rad"},
+            "link": {"length": LENGTH, "rigid": True, "mass": "0.5 kg"},
+        }
+        for name in "AB"
+    ]
+    return lostmotion.Arm.model_validate(
+        {"name": "two", "joints": joints, "payload": {"mass": MASS}}
+    )
+
+
+def begins_with_its_falls(sheet):
+    """Return whether a headline begins with the poses at which joint A cannot hold."""
+    found = sheet.verdict
+    return found.startswith("The arm falls at ") and "the springs at joint A cannot hold" in found
+
+
+def test_statics_states_where_it_falls():
+    """The compliance is that of the poses where the arm stands, as many of each set, and the
+    headline begins with the share of the others and the joint.
+    """
+    arm = two(0.5)
+    falling = falls_at(arm, lostmotion.sample_poses(arm, 128).q) >= 0
+    assert 0 < falling.sum() < 16
+    found = lostmotion.statics(arm, poses=128)
+    assert len(found.poses) == 8 * (~falling).reshape(8, -1).sum(axis=1).min()
+    assert not (falls_at(arm, found.poses.q) >= 0).any()
+    assert begins_with_its_falls(found.sheet)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("more", [{"method": "analytic"}, {"robots": 8, "visits": 2}])
+def test_a_study_states_where_it_falls(more):
+    """With and without sampling, over the poses where the arm stands."""
+    found = lostmotion.study(two(0.5), 256, **more)
+    assert len(found.poses) < 256
+    assert begins_with_its_falls(found.sheet)
+
+
+def test_too_many_falls_are_refused():
+    """An arm that falls at more than half of its poses has no figure; given poses are not thinned
+    out.
+    """
+    arm = upright(0.9, "1e-9 deg")
+    with pytest.raises(lostmotion.InputError, match=r"no stable equilibrium at .* joint A"):
+        lostmotion.study(arm, 8, robots=4, visits=2)
+    with pytest.raises(lostmotion.InputError, match="no stable equilibrium at 1 of 2 poses"):
+        lostmotion.study(upright(0.9), np.array([[0.0], [0.5]]), robots=4, visits=2)
