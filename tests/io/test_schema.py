@@ -35,6 +35,7 @@ def test_every_name_in_the_schema_can_be_read():
         path
         for path in EXAMPLES.rglob("*.toml")
         if path.parent.name not in {"sizing", "sweep", "tasks"}
+        and "[[estimates]]" not in path.read_text(encoding="utf-8")
     ),
     ids=lambda path: path.stem,
 )
