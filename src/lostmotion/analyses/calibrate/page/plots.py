@@ -58,6 +58,8 @@ def calibrated_plots(calibration: CalibrationAnswer) -> list[Plot]:
 
 
 def _distributions(calibration: CalibrationAnswer) -> Figure:
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
     made, on = one("Error at poses that were not used", 80)
     climb = calibration.robot.climb
     for name, error, colour in (
@@ -68,8 +70,10 @@ def _distributions(calibration: CalibrationAnswer) -> Figure:
         share = 100 * np.arange(1, len(error) + 1) / len(error)
         on.plot(1e3 * np.sort(error), share, color=LIGHT[colour], label=name)
     on.set_xscale("log")
+    on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    on.xaxis.set_minor_formatter(NullFormatter())
     on.set_ylim(0, 100)
-    label_axes(on, "error [mm]", "poses below [%]")
+    label_axes(on, "error, logarithmic [mm]", "poses below [%]")
     legend(made)
     return made
 
@@ -118,15 +122,14 @@ def _map(calibration: CalibrationAnswer) -> Figure:
         cells(on, 1e3 * x, 1e3 * y, class_of(mean, limits))
         for of, marker, colour, name in (
             (inside, ".", "ink", "measured pose"),
-            (~inside, "x", "warn", "beyond its 95 % region"),
+            (~inside, "x", "warn", f"beyond its 95 % region: {100 * (~inside).mean():.0f} %"),
         ):
             at = 1e3 * measured[of].T
             on.plot(*at, marker, markersize=3, color=LIGHT[colour], label=name)
         on.set_aspect("equal", adjustable="box")
         label_axes(on, *(f"{name} [mm]" for name in names))
     marks = panels[0].get_legend_handles_labels()[0]
-    share = f"{100 * inside.mean():.0f} % of held-out measurements within their 95 % regions"
-    class_legend(made, limits, f"mean 95 % radius of a cell [{unit}]; {share}", marks)
+    class_legend(made, limits, f"mean 95 % radius of a cell [{unit}]", marks)
     return made
 
 
