@@ -199,7 +199,7 @@ def test_errors_of_a_skewed_table_agree_with_sobol_points(axes: str):
     """
     study = both(slides(axes, noise_law=SKEWED))
     values, probabilities = np.array(SKEWED).T
-    draws = 3 * np.interp(sobol(5, "truth", len(axes)).random_base2(20).T, probabilities, values)
+    draws = 3 * np.interp(sobol(5, "truth", len(axes)).points(20).T, probabilities, values)
     length = np.abs(draws.sum(axis=0)) if axes == "xxxx" else np.sqrt((draws**2).sum(axis=0))
     truth = {
         "mean": length.mean(),

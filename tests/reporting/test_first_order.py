@@ -43,10 +43,17 @@ def arm_with(tmp_path, backlash, more=""):
     return path
 
 
-@pytest.mark.parametrize("backlash", ["100 rev", "2 rev", "60 deg"])
+def test_errors_beyond_the_lengths_that_are_counted_are_refused(tmp_path):
+    """Play of a hundred turns moves the tool by more than 16 m."""
+    path = arm_with(tmp_path, "100 rev")
+    with pytest.raises(InputError, match="16 m and more"):
+        lostmotion.study(lostmotion.read(path), 64, 40, 3, seed=1)
+
+
+@pytest.mark.parametrize("backlash", ["2 rev", "60 deg"])
 def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
-    """Play of a hundred turns, of two, and of sixty degrees: the headline says that first order
-    fails, and no figure of an error has an interval.
+    """Play of two turns, and of sixty degrees: the headline says that first order fails, and no
+    figure of an error has an interval.
     """
     sheet = lostmotion.study(lostmotion.read(arm_with(tmp_path, backlash)), 64, 40, 3, seed=1).sheet
     assert "First-order figures fail here: errors of" in sheet.verdict
