@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.calibration.instruments import Instrument, Rows
-from lostmotion.spatial import exp
+from lostmotion.spatial import exp, skew
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,7 +74,7 @@ class Drifting(Instrument):
         point = moved[:, :3, 3]
         motion = np.zeros((len(frames), 6, len(_SIZES)))
         motion[:, :3, :3], motion[:, 3:, 3:6] = np.eye(3), np.eye(3)
-        motion[:, 3:, :3] = np.cross(np.eye(3)[None], point[:, None]).transpose(0, 2, 1)
+        motion[:, 3:, :3] = -skew(point)
         motion[:, 3:, 6] = point
         motion *= self.time[:, None, None] * _SIZES
         by_unknown = np.concatenate([found.by_unknown, found.by_twist @ motion], axis=2)

@@ -184,8 +184,7 @@ def pose_matrix(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseM
     prediction of errors is made of.
 
     The last ones are kept, and nobody changes their arrays. Arguments as `state_of` and `screws`.
-    Raises InputError where the arm cannot hold its load at a
-    pose, with the joint.
+    Raises InputError where the arm cannot hold its load at a pose, with the joint.
     """
     values, sides = as_poses(arm, q), np.asarray(approach, dtype=float)
     return _RECENT.of(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import InputError, Problem
-from lostmotion.mechanism.state import State, as_poses, state_of
+from lostmotion.mechanism.state import State, as_poses, blocks_of, state_of
 from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
-
-_BLOCK: Final = 1024
 
 
 def bytes_of(state: State) -> int:
@@ -71,11 +69,10 @@ def falls_at(arm: Arm, q: Floats) -> NDArray[np.int64]:
     out = np.full(len(q), -1)
     if not arm.soft_freedoms:
         return out
-    for start in range(0, len(q), _BLOCK):
-        rows = slice(start, start + _BLOCK)
-        equilibrium = settled_at(arm, q[rows]).equilibrium
+    for here, values in blocks_of(q):
+        equilibrium = settled_at(arm, values).equilibrium
         if equilibrium is not None:
-            out[rows] = equilibrium.falls_at
+            out[here] = equilibrium.falls_at
     return out
 
 

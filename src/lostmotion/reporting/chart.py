@@ -104,6 +104,15 @@ def grid(on: Axes, axis: Literal["x", "y", "both"] = "y") -> None:
     on.grid(visible=True, axis=axis, color=LIGHT["line"], linewidth=0.6)
 
 
+def logarithmic(on: Axes) -> None:
+    """Make the horizontal axis logarithmic, with plain numbers at its main marks."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    on.set_xscale("log")
+    on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    on.xaxis.set_minor_formatter(NullFormatter())
+
+
 def label_axes(on: Axes, x: str = "", y: str = "") -> None:
     """Name both axes with their units, in the axis colour."""
     if x:

@@ -18,6 +18,7 @@ from lostmotion.reporting.chart import (
     label,
     label_axes,
     legend,
+    logarithmic,
     one,
     text,
 )
@@ -140,12 +141,8 @@ def _positions(on: Axes, axis: Axis, name: str) -> Floats:
     rising = np.sort(numbers)
     ratios = rising[1:] / rising[:-1] if rising[0] > 0 and len(rising) > 2 else np.array([1.0, 2.0])  # noqa: PLR2004 - two have any ratio
     if np.allclose(ratios, ratios[0], rtol=1e-6) and ratios[0] > 1 + 1e-9:
-        from matplotlib.ticker import FuncFormatter, NullFormatter
-
-        on.set_xscale("log")
+        logarithmic(on)
         on.set_xticks(rising)
-        on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        on.xaxis.set_minor_formatter(NullFormatter())
     label_axes(on, f"{label(name)} [{unit or 1}]")
     return np.asarray(numbers, dtype=float)
 

@@ -12,7 +12,7 @@ from lostmotion.analyses.calibrate.answer import corrected_radius
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import tool_points
 from lostmotion.printed import factor_of, unit_of_length
-from lostmotion.reporting.chart import axes, figure, label_axes, legend, one
+from lostmotion.reporting.chart import axes, figure, label_axes, legend, logarithmic, one
 from lostmotion.reporting.map_chart import cells, class_legend, class_of
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
@@ -58,8 +58,6 @@ def calibrated_plots(calibration: CalibrationAnswer) -> list[Plot]:
 
 
 def _distributions(calibration: CalibrationAnswer) -> Figure:
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
     made, on = one("Error at poses that were not used", 80)
     climb = calibration.robot.climb
     for name, error, colour in (
@@ -69,9 +67,7 @@ def _distributions(calibration: CalibrationAnswer) -> Figure:
     ):
         share = 100 * np.arange(1, len(error) + 1) / len(error)
         on.plot(1e3 * np.sort(error), share, color=LIGHT[colour], label=name)
-    on.set_xscale("log")
-    on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    on.xaxis.set_minor_formatter(NullFormatter())
+    logarithmic(on)
     on.set_ylim(0, 100)
     label_axes(on, "error, logarithmic [mm]", "poses below [%]")
     legend(made)

@@ -19,6 +19,7 @@ from lostmotion.reporting.chart import (
     label,
     label_axes,
     legend,
+    logarithmic,
     named_rows,
     one,
 )
@@ -40,8 +41,6 @@ def side_by_side(compared: list[ComparedFigure]) -> Figure:
     """Return the measured lengths over the range from the 5th to the 95th percentile of the
     predicted robots.
     """
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
     shown = [
         each
         for name in SHOWN
@@ -98,13 +97,11 @@ def side_by_side(compared: list[ComparedFigure]) -> Figure:
             elinewidth=1.0,
             label=inside[0],
         )
-    on.set_xscale("log")
+    logarithmic(on)
     loads = {each.load for each in shown}
     named_rows(
         on, [load_label(f"{each.name}, {label(each.pose)}", each.load, loads) for each in shown]
     )
-    on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    on.xaxis.set_minor_formatter(NullFormatter())
     label_axes(on, "length, logarithmic [µm]")
     legend(made)
     return made

@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.analyses.targets.page.items import ordered
 from lostmotion.analyses.targets.page.yields import criterion_label
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.chart import grid, label_axes, legend, named_rows, one
+from lostmotion.reporting.chart import grid, label_axes, legend, logarithmic, named_rows, one
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Cell
@@ -199,7 +199,7 @@ def _from_one(on: Axes, values: Floats) -> None:
 
 def _formatted(made: Figure, on: Axes, names: Sequence[str], values: Floats) -> Figure:
     """Label dumbbells over a logarithmic factor."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+    from matplotlib.ticker import FixedLocator
 
     low, high = math.log10(min(1.0, float(values.min()))), math.log10(max(1.0, float(values.max())))
     margin = 0.06 * (high - low) + 0.02
@@ -216,13 +216,11 @@ def _formatted(made: Figure, on: Axes, names: Sequence[str], values: Floats) -> 
         for power in range(math.floor(low), math.ceil(high) + 1)
         for mark in marks
     ]
-    on.set_xscale("log")
+    logarithmic(on)
     on.set_xlim(10**low, 10**high)
     on.xaxis.set_major_locator(
         FixedLocator([tick for tick in ticks if low <= math.log10(tick) <= high])
     )
-    on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
-    on.xaxis.set_minor_formatter(NullFormatter())
     named_rows(on, names)
     label_axes(on, _FACTOR)
     legend(made)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.warm_up import HOUR
 from lostmotion.reporting.chart import label_axes, legend, one
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.sheet import Cell, Row, length, several, table
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 _INSTANTS: Final = 8
 _CURVE: Final = 97
-_HOUR: Final = 3600.0
 
 
 def drift_section(outcome: TaskOutcome) -> tuple[Section, ...]:
@@ -77,7 +77,7 @@ def drift_plot(outcome: TaskOutcome) -> Figure:
     time = np.linspace(0.0, heat.over, _CURVE)
     each = drift.growth[:, :, None] * heat.shares(time)[:, None]
     made, on = one(f"Drift of the tool at {outcome.where(drift.place)}", 70)
-    scale, unit = (_HOUR, "h") if heat.over >= 2 * _HOUR else (60.0, "min")
+    scale, unit = (HOUR, "h") if heat.over >= 2 * HOUR else (60.0, "min")
     on.plot(
         time / scale,
         1e3 * np.linalg.norm(each.sum(axis=0), axis=0),
@@ -93,5 +93,5 @@ def drift_plot(outcome: TaskOutcome) -> Figure:
 
 
 def _time(seconds: float) -> str:
-    hours = seconds >= 2 * _HOUR
-    return f"{seconds / _HOUR:.3g} h" if hours else f"{seconds / 60:.3g} min"
+    hours = seconds >= 2 * HOUR
+    return f"{seconds / HOUR:.3g} h" if hours else f"{seconds / 60:.3g} min"
