@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import subprocess
-import sys
 
 import pytest
 
@@ -50,17 +48,6 @@ def arm(tmp_path):
     path = tmp_path / "tiny.toml"
     path.write_text(ARM + SWEEP, encoding="utf-8")
     return path
-
-
-def lostmotion(*words, cwd):
-    """Run the command in a folder."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", *map(str, words)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 def tree(folder):

@@ -12,7 +12,8 @@ from lostmotion.errors import InputError
 from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 from lostmotion.runs.workers import check_address, cluster
-from tests.runs.conftest import lostmotion, tree
+from tests.command import carried_out_by_process as lostmotion
+from tests.runs.conftest import tree
 
 pytest.importorskip("distributed", reason="Dask is not installed: pip install 'lostmotion[dask]'")
 psutil = pytest.importorskip("psutil", reason="comes with Dask")
