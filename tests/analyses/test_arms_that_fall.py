@@ -111,3 +111,66 @@ def test_too_many_falls_are_refused():
         lostmotion.study(arm, 8, robots=4, visits=2)
     with pytest.raises(lostmotion.InputError, match="no stable equilibrium at 1 of 2 poses"):
         lostmotion.study(upright(0.9), np.array([[0.0], [0.5]]), robots=4, visits=2)
+
+
+def swept(ratios, folder):
+    """Return a sweep of the pendulum over its servo's stiffness, as shares of that with which it
+    stands upright.
+    """
+    stated = {
+        "name": "pendulum",
+        "joints": [
+            {
+                "type": "revolute",
+                "axis": "-y",
+                "name": "A",
+                "limits": ["-60 deg", "60 deg"],
+                "servo": {"stiffness": "1 N m/rad"},
+                "link": {"length": "300 mm", "direction": "z", "rigid": True, "mass": "0 kg"},
+            }
+        ],
+        "payload": {"mass": "0.5 kg"},
+    }
+    values = [f"{each * MASS * GRAVITY * LENGTH} N m/rad" for each in ratios]
+    return lostmotion.sweep(
+        stated,
+        {"joints.A.servo.stiffness": values},
+        poses=9,
+        pose_law="grid",
+        robots=4,
+        visits=2,
+        out=folder,
+    )
+
+
+@pytest.mark.parametrize("ratios", [(0.9, 2.0, 5.0), (2.0, 0.9, 5.0)])
+def test_a_sweep_marks_the_designs_that_fall(ratios, tmp_path):
+    """A pendulum that falls upright has no figures, wherever it stands in the list; the others have
+    those of a sweep without it, and the headline, a row of the table and result.json name it.
+    """
+    found = swept(ratios, tmp_path / "three")
+    fallen = ratios.index(0.9)
+    falls = found.outcomes[fallen].falls
+    assert (falls.count, falls.poses, falls.place) == (1, 9, "joint A")
+    assert not found.outcomes[fallen].figures
+    without = swept((2.0, 5.0), tmp_path / "two").outcomes
+    standing = [each for each in found.outcomes if each.falls is None]
+    assert [each.p95.value for each in standing] == [each.p95.value for each in without]
+    words = "at 1 of 9 poses the springs at joint A cannot hold the load"
+    assert found.sheet.verdict.startswith("1 of 3 designs fall at some poses")
+    assert words in found.sheet.verdict
+    rows = next(each for each in found.sheet.sections if each.key == "designs").rows
+    assert [row.note for row in rows if row.note] == [words]
+    assert found.sheet.facts["designs"][fallen]["falls"] == {
+        "count": 1,
+        "poses": 9,
+        "place": "joint A",
+    }
+    assert np.isnan(found.arrays()["p95"].values[fallen]).all()
+    found.report()
+
+
+def test_a_sweep_of_designs_that_all_fall_is_refused(tmp_path):
+    """Without a design that stands there is no answer; the message names the joint."""
+    with pytest.raises(lostmotion.InputError, match="no stable equilibrium at 1 of 9 .* joint A"):
+        swept((0.8, 0.9), tmp_path / "none")

@@ -20,15 +20,16 @@ _ENDS = ("value", "low", "high")
 
 def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     """Return the figures of every design over the keys swept; `end` is value, low or high end of
-    the 95 % interval, in m.
+    the 95 % interval, in m. NaN for designs that fall at some poses.
 
     Mass (kg) and price are as far as the arm file states them. A key's coordinate holds its values
     as numbers in the unit they are stated in where they are plain quantities, else as text.
     """
     import xarray
 
+    keys = dict.fromkeys(key for each in outcomes for key in each.figures)
     found: dict[str, list[Estimate | None]] = {
-        key: [each.figures[key] for each in outcomes] for key in outcomes[0].figures
+        key: [each.figures.get(key) for each in outcomes] for key in keys
     }
     found["p95_lower"] = [each.lower for each in outcomes]
     shape = tuple(len(axis.values) for axis in order.axes)
@@ -45,7 +46,7 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     data["p95_lower"][2]["long_name"] = (
         "by how much the 95 % error lies below that of the first design"
     )
-    largest = np.array([each.worst[0].error for each in outcomes])
+    largest = np.array([each.worst[0].error if each.worst else np.nan for each in outcomes])
     data["largest"] = (dims, largest.reshape(shape), {"units": "m"})
     data["mass"] = (
         dims,

@@ -13,6 +13,7 @@ from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, forget_matrices, pose_matrix
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
+from lostmotion.mechanism.standing import falls_at
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.runs.job import Order, made_with, order_of
@@ -61,12 +62,19 @@ class BlockRecord(NamedTuple):
                for AP and RP of a single visit
     parts      (part, 3) variance, own and shared bias of each part, summed over the poses, m^2, in
                the order of `Order.parts`
+
+    Of a design that falls at some pose of the block there are no figures: NaN, and no counts.
     """
 
     poses: Floats
     histogram: np.ndarray
     robots: Floats
     parts: Floats
+
+    @property
+    def falls(self) -> bool:
+        """Return whether the design falls at some pose of the block."""
+        return bool(np.isnan(self.poses).all())
 
 
 class BlockArray(NamedTuple):
@@ -142,6 +150,8 @@ def check_record(order: Order, block: int, record: BlockRecord) -> BlockRecord:
     Raises ValueError for figures that are not finite or negative, for robots and visits out of
     range, and for counts that do not add up.
     """
+    if record.falls and not record.histogram.any():
+        return record
     first, last = order.span(block)
     rows = record.poses[: last - first]
     always = rows[:, [COLUMNS.index(name) for name in _ALWAYS]]
@@ -251,10 +261,19 @@ def matrix_of(order: Order, design: int, block: int) -> PoseMatrix:
 
 
 def compute(order: Order, design: int, block: int) -> BlockRecord:
-    """Return the record of this block of this design."""
+    """Return the record of this block of this design. Raises InputError where the arm falls and is
+    the only design, with the joint that cannot hold.
+    """
     first, last = order.span(block)
+    arm, plan, _ = design_of(order, design)
+    if order.designs > 1 and (falls_at(arm, poses_of(order, design, first, last)) >= 0).any():
+        return BlockRecord(
+            np.full((order.block, len(COLUMNS)), np.nan),
+            np.zeros((plan.groups, error_bins.BINS), np.int64),
+            np.full((order.robots, len(OF_ROBOTS)), np.nan),
+            np.zeros((max(len(order.parts), 1), len(PARTS))),
+        )
     matrix = matrix_of(order, design, block)
-    plan = design_of(order, design).plan
     sample = sample_block(plan, matrix, first)
     rows = np.full((order.block, len(COLUMNS)), np.nan)
     found = rows[: last - first]

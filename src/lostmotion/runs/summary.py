@@ -4,6 +4,7 @@ do not depend on who computed them.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +19,7 @@ from lostmotion.error_model.overload import Overload, overloads
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import limit_shares
+from lostmotion.mechanism.standing import cannot_hold, falls_at, refuse_falling
 from lostmotion.propagation import exact
 from lostmotion.propagation.error_samples import NOT_CHECKED, Drawn, VisitFigures
 from lostmotion.propagation.figures import HEADLINE, estimates, figures_of
@@ -25,6 +27,8 @@ from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, BlockRecord, design_of, p
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from numpy.typing import NDArray
 
     from lostmotion.error_model.provenance import LimitShare, States
     from lostmotion.propagation.figures import Figure
@@ -75,9 +79,23 @@ class Worst:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class Falls:
+    """At how many of its poses a design falls, and where its springs cannot hold the load most
+    often.
+    """
+
+    count: int
+    poses: int
+    place: str
+
+
 @dataclass(frozen=True)
 class Outcome:
     """The results of one design; lengths in m.
+
+    falls      where the design falls at some poses: it then has no figures, for it would be
+               compared without its worst poses; None where it stands
 
     declared   the figures of the error by key; figures: their values
     approach   sign of the joints' last motion
@@ -98,6 +116,7 @@ class Outcome:
     """
 
     design: int
+    falls: Falls | None
     stated: dict[str, Any]
     joints: tuple[tuple[str, str], ...]
     declared: dict[str, Figure]
@@ -146,9 +165,11 @@ class _Merged:
     worst: list[Worst]
     at_poses: list[Floats]
     square: float = 0.0
+    falls: bool = False
 
     def add(self, order: Order, design: int, block: int, record: BlockRecord) -> None:
         """Add one block."""
+        self.falls |= record.falls
         of_set = order.set_of(block)
         first, last = order.span(block)
         self.robots[of_set] += record.robots
@@ -198,14 +219,19 @@ def summarise(
     store: Store, progress: Callable[[str, int, int], None] | None = None
 ) -> list[Outcome]:
     """Return the summary of every design, in order. Raises LostmotionError where a block is not
-    done, or damaged.
+    done, or damaged; InputError where all designs fall, with the joint of the first.
     """
     out: list[Outcome] = []
     first: _Merged | None = None
     for design in range(store.order.designs):
         merged = _merged(store, design, progress)
-        out.append(_outcome(store, design, merged, first))
-        first = first or merged
+        out.append(
+            _fallen(store.order, design) if merged.falls else _outcome(store, design, merged, first)
+        )
+        if design == 0 and not merged.falls:
+            first = merged
+    if all(each.falls for each in out):
+        refuse_falling(design_of(store.order, 0).arm, *_falls(store.order, 0))
     return out
 
 
@@ -233,6 +259,50 @@ def _merged(store: Store, design: int, progress: Callable[[str, int, int], None]
     return merged
 
 
+def _falls(order: Order, design: int) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the poses (pose, joint) of a design, and where it falls (pose,), as `falls_at`."""
+    q = np.concatenate(
+        [poses_of(order, design, *order.span(block)) for block in range(order.blocks)]
+    )
+    return q, falls_at(design_of(order, design).arm, q)
+
+
+def _fallen(order: Order, design: int) -> Outcome:
+    """Return the outcome of a design that falls at some poses: it has no figures."""
+    arm, (_, places) = design_of(order, design).arm, _falls(order, design)
+    return Outcome(
+        design=design,
+        falls=Falls(int((places >= 0).sum()), len(places), cannot_hold(arm, places)),
+        **_about(order, design),
+        declared={},
+        figures={},
+        lower=None,
+        rms=math.nan,
+        levels=np.full(3, np.nan),
+        costs=[],
+        worst=[],
+        check=exact.ExactCheck(0.0, 0.0, 0),
+        limits=(),
+        spread=(np.zeros(0), np.zeros(0)),
+    )
+
+
+def _about(order: Order, design: int) -> dict[str, Any]:
+    """Return the fields of an outcome that do not depend on its errors."""
+    arm = design_of(order, design).arm
+    return {
+        "stated": order.stated(design),
+        "joints": tuple((joint.name, joint.type) for joint in arm.driven),
+        "approach": float(order.approach),
+        "overloads": overloads(arm),
+        "mass": arm.mass,
+        "gearboxes_without_mass": arm.gearboxes_without_mass,
+        "price": arm.price,
+        "joints_without_price": arm.joints_without_price,
+        "known": states(arm),
+    }
+
+
 def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) -> Outcome:
     order = store.order
     arm = design_of(order, design).arm
@@ -258,28 +328,21 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     own, *shared = merged.parts[: len(order.parts)].T
     tally = Tally(order.parts, order.poses, total, own, np.stack(shared, axis=1))
     return Outcome(
-        design,
-        order.stated(design),
-        tuple((joint.name, joint.type) for joint in arm.driven),
-        figures_of(errors),
-        estimates(errors),
-        float(order.approach),
-        None
+        design=design,
+        falls=None,
+        **_about(order, design),
+        declared=figures_of(errors),
+        figures=estimates(errors),
+        lower=None
         if first is None
         else quantile_drop((first.groups, first.sets), (merged.groups, merged.sets), _LEVEL),
-        float(np.sqrt(total / order.poses)),
-        levels / order.poses,
-        [cost for cost in costs(tally) if cost.alone or cost.share],
-        [with_pose(order, each) for each in merged.worst],
-        _check(order, design),
-        overloads(arm),
-        limit_shares(arm, _some_poses(order, design), float(order.approach)),
-        arm.mass,
-        arm.gearboxes_without_mass,
-        arm.price,
-        arm.joints_without_price,
-        _spread(merged.sets.sum(axis=0)),
-        states(arm),
+        rms=float(np.sqrt(total / order.poses)),
+        levels=levels / order.poses,
+        costs=[cost for cost in costs(tally) if cost.alone or cost.share],
+        worst=[with_pose(order, each) for each in merged.worst],
+        check=_check(order, design),
+        limits=limit_shares(arm, _some_poses(order, design), float(order.approach)),
+        spread=_spread(merged.sets.sum(axis=0)),
     )
 
 

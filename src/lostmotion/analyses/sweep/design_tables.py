@@ -37,13 +37,19 @@ _RESOLUTION: Final = "quantiles by linear interpolation in bins at most 0.4 % wi
 def design_sections(
     order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str
 ) -> list[Section]:
-    """Return the tables of the chosen designs; those of differences for several designs alone."""
+    """Return the tables of the chosen designs, all of which stand; those of differences for several
+    designs alone.
+    """
     several_designs = len(outcomes) > 1
+    fallen = [each for each in outcomes if each.falls]
     return [
-        *_designs(order, outcomes, chosen, counted),
+        *_designs(order, chosen, fallen, counted),
         _iso(order, chosen, counted),
         *(
-            [_differences(order, chosen, counted), _masses(order, chosen)]
+            [
+                *([] if outcomes[0].falls else [_differences(order, chosen, counted)]),
+                _masses(order, [*chosen, *fallen]),
+            ]
             if several_designs
             else []
         ),
@@ -52,6 +58,16 @@ def design_sections(
         _extremes(order, outcomes, counted),
         _check(order, chosen),
     ]
+
+
+def falls_text(each: Outcome) -> str:
+    """Return where a design falls, as a headline and a table have it; empty for one that stands."""
+    if each.falls is None:
+        return ""
+    return (
+        f"at {each.falls.count} of {each.falls.poses} poses the springs at {each.falls.place} "
+        "cannot hold the load"
+    )
 
 
 def as_length(estimate: Estimate, samples: str) -> Cell:
@@ -72,9 +88,11 @@ def _as_error(each: Outcome, estimate: Estimate, samples: str) -> Cell:
 
 
 def _designs(
-    order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str
+    order: Order, chosen: Sequence[Outcome], fallen: Sequence[Outcome], counted: str
 ) -> list[Section]:
-    """Return the figures of the error, those that are asked for first in the first table."""
+    """Return the figures of the error, those that are asked for first in the first table, with the
+    designs that fall at its end.
+    """
     of_error = [each for each in chosen[0].declared.values() if each.group == "error"]
     of_error.sort(key=lambda each: not each.first)
     keys = [
@@ -82,13 +100,11 @@ def _designs(
         for axis in order.axes
     ]
     swept = f"; swept: {', '.join(keys)}" if keys else ""
+    standing = order.designs - len(fallen)
     omitted = (
         ""
-        if len(chosen) == len(outcomes)
-        else (
-            f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in "
-            "result.json"
-        )
+        if len(chosen) == standing
+        else f"; the {len(chosen) // 2} best and worst of {standing}, all of them in result.json"
     )
     is_short = any(
         short != text
@@ -110,6 +126,11 @@ def _designs(
             )
             for each in chosen
         ]
+        if not first:
+            rows += [
+                (design_name(order.axes, each.design), *["falls"] * len(columns), falls_text(each))
+                for each in fallen
+            ]
         out.append(
             table(
                 f"designs_{first // _MOST_FIGURES + 1}" if first else "designs",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.result import Result
@@ -13,6 +13,7 @@ from lostmotion.analyses.sweep.design_tables import (
     as_length,
     design_cards,
     design_sections,
+    falls_text,
     known_of,
 )
 from lostmotion.error_model.arrival import rp_name
@@ -159,25 +160,33 @@ def _sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         f"{several(order.poses, 'pose')} ({order.law}) x {several(order.robots, 'robot')} x "
         f"{several(order.visits, 'visit')}"
     )
-    failing = [each.design for each in outcomes if failure(each.check, each.p95.value)]
+    fallen = [each for each in outcomes if each.falls]
+    failing = [
+        each.design for each in outcomes if not each.falls and failure(each.check, each.p95.value)
+    ]
     outcomes = [unsure(each) if each.design in failing else each for each in outcomes]
-    ranked = sorted(outcomes, key=lambda each: (each.design in failing, each.p95.value))
+    ranked = sorted(
+        (each for each in outcomes if not each.falls),
+        key=lambda each: (each.design in failing, each.p95.value),
+    )
     sound = ranked[: len(ranked) - len(failing)]
     wrong = failed(
         [outcomes[design] for design in failing],
         len(outcomes),
         lambda design: design_name(order.axes, design),
     )
-    chosen = list(outcomes)
-    if len(outcomes) > _MOST_ROWS:
+    chosen = [each for each in outcomes if not each.falls]
+    if len(ranked) > _MOST_ROWS:
         chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
     known = states(arm)
     each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
     return Sheet(
         name=arm.name,
         subject="a sweep of designs" if len(outcomes) > 1 else "a large run",
-        verdict=" ".join([*wrong, *([_verdict(order, sound)] if sound else [])]),
-        cards=tuple(design_cards(order, sound, outcomes)),
+        verdict=" ".join(
+            [*_falls(order, fallen), *wrong, *([_verdict(order, sound)] if sound else [])]
+        ),
+        cards=tuple(design_cards(order, sound, ranked)),
         sections=(
             *design_sections(order, outcomes, chosen, counted),
             *provenance_sections(known),
@@ -196,6 +205,18 @@ def _sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
             **provenance_facts(known),
         },
     )
+
+
+def _falls(order: Order, fallen: Sequence[Outcome]) -> list[str]:
+    """Return the headline's sentence on the designs that fall at some poses, with the one that does
+    most often.
+    """
+    if not fallen:
+        return []
+    worst = max(fallen, key=lambda each: each.falls.count if each.falls else 0)
+    counted = f"{len(fallen)} of {several(order.designs, 'design')}"
+    name = design_name(order.axes, worst.design)
+    return [f"{counted} fall at some poses and have no figures: with {name}, {falls_text(worst)}."]
 
 
 def _overloaded(order: Order, outcomes: Sequence[Outcome]) -> tuple[str, ...]:
@@ -298,6 +319,7 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
     return {
         "design": outcome.design,
         "stated": outcome.stated,
+        **({"falls": asdict(outcome.falls)} if outcome.falls else {}),
         **{
             name: [_finite(each.value), _finite(each.low), _finite(each.high)]
             for name, each in (outcome.figures | lower).items()

@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.printed import factor_of, unit_of_length
+from lostmotion.propagation.figures import HEADLINE
 from lostmotion.reporting.chart import (
     axes,
     figure,
@@ -72,7 +73,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
                 "Curves of the 95th percentile and the mean of the error over the swept key.",
             )
         )
-        if outcomes[0].ap is not None:
+        if any(each.ap is not None for each in outcomes):
             out.append(
                 _plot(
                     "iso9283",
@@ -81,21 +82,20 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
                 )
             )
     elif len(order.axes) == 2:  # noqa: PLR2004 - a plane
+        of_error = [each.figures.get(HEADLINE) for each in outcomes]
         out.append(
             _plot(
                 "designs",
-                over_two(order, *_errors(outcomes), _PAIRED),
+                over_two(order, of_error, "95th percentile of the position error", _PAIRED),
                 "Map of the 95th percentile of the error over the two swept keys.",
             )
         )
-        if outcomes[0].rp is not None:
-            estimates = [each.rp for each in outcomes if each.rp is not None]
+        if any(each.rp is not None for each in outcomes):
+            name = f"{rp_name(order.approach)}, 95th percentile of robots"
             out.append(
                 _plot(
                     "iso9283",
-                    over_two(
-                        order, estimates, f"{rp_name(order.approach)}, 95th percentile of robots"
-                    ),
+                    over_two(order, [each.rp for each in outcomes], name),
                     "Map of RP over the two swept keys.",
                 )
             )
@@ -107,24 +107,21 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
                 "For each key, the 95th percentile of every design and the mean of each value.",
             )
         )
-    if len({each.mass for each in outcomes}) > 1 or len({each.price for each in outcomes}) > 1:
+    standing = [each for each in outcomes if not each.falls]
+    if len({each.mass for each in standing}) > 1 or len({each.price for each in standing}) > 1:
         words = "Points: the 95th percentile of the error and RP of each design over its mass, and "
         words += "over its price where stated."
-        out.append(_plot("masses", against_mass(outcomes), words))
-    if len(outcomes) <= _MOST_CURVES:
+        out.append(_plot("masses", against_mass(standing), words))
+    if len(standing) <= _MOST_CURVES:
         out.append(
             Plot(
                 "spread",
                 "levels" if order.axes else "designs",
-                spread(order, outcomes),
+                spread(order, standing),
                 "Cumulative distribution of the error.",
             )
         )
     return out
-
-
-def _errors(outcomes: Sequence[Outcome]) -> tuple[list[Estimate], str]:
-    return [each.p95 for each in outcomes], "95th percentile of the position error"
 
 
 def _positions(on: Axes, axis: Axis, name: str) -> Floats:
@@ -202,8 +199,8 @@ def _curves(
 def over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the error over one key, with 95 % confidence intervals."""
     curves = (
-        ("95th percentile", LIGHT["robot"], lambda each: each.p95),
-        ("mean", LIGHT["design"], lambda each: each.figures["mean"]),
+        ("95th percentile", LIGHT["robot"], lambda each: each.figures.get(HEADLINE)),
+        ("mean", LIGHT["design"], lambda each: each.figures.get("mean")),
     )
     return _curves(order, outcomes, curves, "Position error, with 95 % confidence interval")
 
@@ -223,9 +220,11 @@ def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     )
 
 
-def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str = "") -> Figure:
+def over_two(
+    order: Order, estimates: Sequence[Estimate | None], title: str, hint: str = ""
+) -> Figure:
     """Plot a map over two keys in classes; cells whose interval overlaps that of the smallest are
-    marked.
+    marked, and those of designs that fall at some poses.
 
     The classes span the ends of the intervals, so that differences within them are faint. `hint`
     names a more precise comparison.
@@ -233,13 +232,16 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
     first, second = order.axes
     names = [label(name) for name in short_keys(order.axes)]
     shape = (len(first.values), len(second.values))
-    unit = unit_of_length(max(each.value for each in estimates))
+    found = [each for each in estimates if each is not None]
+    unit = unit_of_length(max(each.value for each in found))
     factor = factor_of(unit)
-    values = np.array([each.value * factor for each in estimates]).reshape(shape)
+    values = np.array(
+        [math.nan if each is None else each.value * factor for each in estimates]
+    ).reshape(shape)
     overlapping = _overlap_smallest(estimates)
     ends = [
         end * factor
-        for each in estimates
+        for each in found
         for end in (each.low, each.value, each.high)
         if math.isfinite(end)
     ]
@@ -251,8 +253,11 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
         for k, each in enumerate(estimates):
             row, column = divmod(k, shape[1])
             colour = LIGHT["ink"] if classes[row, column] < _DARK_FROM else LIGHT["paper"]
-            words = ("≈ " if overlapping[k] else "") + str(
-                Cell(each.value, unit, each.low, each.high)
+            words = (
+                "falls"
+                if each is None
+                else ("≈ " if overlapping[k] else "")
+                + str(Cell(each.value, unit, each.low, each.high))
             )
             text(on, column, row, words, colour=colour, ha="center", va="center")
     on.set_xticks(range(shape[1]), [label(each) for each in second.labels], parse_math=False)
@@ -270,13 +275,15 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
     return made
 
 
-def _overlap_smallest(estimates: Sequence[Estimate]) -> list[bool]:
+def _overlap_smallest(estimates: Sequence[Estimate | None]) -> list[bool]:
     """Return which intervals overlap that of the smallest estimate, unknown ends counted as
     overlapping; none if it is alone.
     """
-    best = min(estimates, key=lambda each: each.value)
+    best = min((each for each in estimates if each is not None), key=lambda each: each.value)
     high = math.inf if math.isnan(best.high) else best.high
-    overlapping = [math.isnan(each.low) or each.low <= high for each in estimates]
+    overlapping = [
+        each is not None and (math.isnan(each.low) or each.low <= high) for each in estimates
+    ]
     return overlapping if sum(overlapping) > 1 else [False] * len(estimates)
 
 
@@ -339,10 +346,9 @@ def against_mass(outcomes: Sequence[Outcome]) -> Figure:
 def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the main effect of each key: the mean over all other keys, and every design."""
     shape = tuple(len(axis.values) for axis in order.axes)
-    unit = unit_of_length(max(each.p95.value for each in outcomes))
-    errors: Floats = np.array([each.p95.value * factor_of(unit) for each in outcomes]).reshape(
-        shape
-    )
+    values = [math.nan if each.falls else each.p95.value for each in outcomes]
+    unit = unit_of_length(float(np.nanmax(values)))
+    errors: Floats = (np.array(values) * factor_of(unit)).reshape(shape)
     made = figure(22 + 56.0 * len(shape))
     panels = axes(
         made, "Main effects on the 95th percentile of the error", rows=len(shape), sharey=True
