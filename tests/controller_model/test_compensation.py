@@ -34,7 +34,7 @@ VALIDATES = (
     (
         "controller: compensated command of a soft arm",
         "equilibrium of arms of 2 to 7 joints by SciPy's rotations and iteration",
-        "drives alone: 1e-9 of the error after one pass; every part elastic: 1e-4 after two",
+        "drives alone: 1e-9 of the error after one pass; every part elastic: 1e-5 after two",
     ),
 )
 
@@ -230,14 +230,14 @@ def test_where_only_drives_wind_up_one_pass_is_exact(joints, droop, passes):
 
 @pytest.mark.parametrize(("joints", "bend"), [(5, 0.003), (6, 0.003), (7, 0.005)])
 def test_where_every_part_bends_two_passes_leave_next_to_nothing(joints, bend):
-    """Drives, bearings and links, with errors of some millimetres per metre of reach: below 1e-4 of
+    """Drives, bearings and links, with errors of some millimetres per metre of reach: below 1e-5 of
     the error, of which one pass leaves up to some per cent.
     """
     arm = soft_arm(joints, joints, droop=0.02, bend=bend)
     model, q = lostmotion.controller(arm.described()), regular_poses(arm, joints)
     once, twice = (settled_errors(arm, model.compensate(q, passes=passes), q) for passes in (1, 2))
     assert len(q) > 50
-    assert (twice[1] <= 1e-4 * twice[0]).all()
+    assert (twice[1] <= 1e-5 * twice[0]).all()
     assert np.median(once[1] / once[0]) > 10 * np.median(twice[1] / twice[0])
     assert np.median(once[0]) > 2e-3
 
@@ -275,6 +275,20 @@ def test_a_soft_arm_never_stands_farther_off(joints, soft, count, passes):
     assert settles.mean() > 0.95
     assert (after <= before * (1 + 1e-9) + 1e-12)[settles].all()
     assert np.median(after / before) < 0.05
+
+
+def test_a_play_that_turns_over_late_adds_nothing():
+    """A drive of a soft arm is just loaded enough to close its play where the arm stands, and not
+    yet two steps before: the command that adds to the error is not sent.
+    """
+    arm = soft_arm(41, 6, droop=0.1, bend=0.01, play=0.003)
+    row = slice(820, 821)
+    q = special_poses(6, 41, 3_000)
+    side = np.random.default_rng(1).integers(-1, 2, q.shape).astype(float)[row]
+    found = lostmotion.controller(arm.described()).compensate(q[row], side=side, passes=2)
+    before, after, settles = settled_errors(arm, found, q[row], side)
+    assert settles.all()
+    assert after <= before * (1 + 1e-9)
 
 
 def test_what_is_left_is_what_the_equilibrium_leaves():

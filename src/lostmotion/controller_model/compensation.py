@@ -42,6 +42,12 @@ REGULAR: Final = 0.1
 _NEAR_BEST: Final = 1.25
 # A command is sent that leaves at most this share of the squared error: both are computed to less.
 _WORTH: Final = 0.98
+# Steps of one and of two passes. Each uses the Jacobian of the wanted pose, so that a share of the
+# error remains of the size of the angles by which the parts bend.
+_STEPS: Final = {1: 1, 2: 4}
+# Steps from the command to where it stands, by which it is checked: a play may turn over at the
+# third.
+_CHECKED: Final = 3
 # A smaller square of a motion of the tool, m^2, is none.
 _TINY: Final = 1e-300
 # A motion of the tool by a smaller share of the reach is rounding.
@@ -108,7 +114,7 @@ def corrected(
     sent, twists, left = wanted, at.twists, at.screw
     drift, moved = at.joints, at.screw - at.elsewhere
     short, beyond = np.zeros((2, len(wanted)), dtype=bool)
-    for _ in range(2 * options.passes - 1):
+    for _ in range(_STEPS[options.passes]):
         step, capped = _step(at.jacobian, left - moved, options)
         asked = sent + step - drift
         within = np.clip(asked, *tables.limits.T)
@@ -132,8 +138,11 @@ def corrected(
     unseen = (_UNSEEN * tables.valid.reach) ** 2
     # On the way from the command to where it stands, a play may stay on the side that the loads at
     # the command close; and of a soft arm one step from the wanted pose may miss the equilibrium.
-    begun = standing(tables, sent, load, gravity, side, np.zeros_like(at.twists))
-    off = _off(at, standing(tables, sent, load, gravity, side, begun.twists))
+    begun = np.zeros_like(at.twists)
+    for _ in range(_CHECKED):
+        stands = standing(tables, sent, load, gravity, side, begun)
+        begun = stands.twists
+    off = _off(at, stands)
     after = np.maximum(after, _product(off, off, options))
     kept = (after <= _WORTH * before + unseen)[:, None]
     return Corrected(

@@ -1434,7 +1434,7 @@ static const lm_real lm_rigid[LM_PLACES][6] = {{LM_ZERO}};
 /* The command for valid inputs, from the prediction at the wanted pose with its twists. */
 static void lm_correct(const lm_input *input, const lm_options *options, const lm_output *at, const lm_real start[LM_PLACES][6], lm_command *command)
 {
-    const int steps = (options->passes > 1) ? 3 : 1;
+    const int steps = (options->passes > 1) ? 4 : 1; /* a share of the error remains of each, of the size of the angles by which the parts bend */
     lm_normal normal;
     lm_real twists[LM_PLACES][6];
     lm_real along[LM_JOINTS];
@@ -1488,8 +1488,9 @@ static void lm_correct(const lm_input *input, const lm_options *options, const l
     /* On the way from the command to where it stands, a play may stay on the side that the loads at the command close; and of a soft arm one step from
      * the wanted pose may miss the equilibrium. */
     lm_copy_twists(lm_rigid, twists);
-    (void)lm_stand(input, at, command->q, twists, gap);
-    (void)lm_stand(input, at, command->q, twists, gap);
+    for (pass = 0; pass < 3; pass++) {
+        (void)lm_stand(input, at, command->q, twists, gap);
+    }
     after = lm_largest_of(after, lm_inner(gap, gap, options->whole_pose));
     reduced = (after > before + LM_UNSEEN * LM_UNSEEN) ? 1 : reduced;
     if (after > LM_WORTH * before + LM_UNSEEN * LM_UNSEEN) {
