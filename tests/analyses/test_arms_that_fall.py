@@ -172,5 +172,5 @@ def test_a_sweep_marks_the_designs_that_fall(ratios, tmp_path):
 
 def test_a_sweep_of_designs_that_all_fall_is_refused(tmp_path):
     """Without a design that stands there is no answer; the message names the joint."""
-    with pytest.raises(lostmotion.InputError, match="no stable equilibrium at 1 of 9 .* joint A"):
+    with pytest.raises(lostmotion.InputError, match=r"no stable equilibrium at 1 of 9 .* joint A"):
         swept((0.8, 0.9), tmp_path / "none")
