@@ -221,6 +221,18 @@ def inverse(pose: Floats) -> Floats:
     return out
 
 
+def rotation_of(quaternion: Floats) -> Floats:
+    """Return the rotation (3, 3) of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
 def pose_of(
     xyz: Sequence[float] | Floats = (0, 0, 0), rpy: Sequence[float] | Floats = (0, 0, 0)
 ) -> Floats:

@@ -65,7 +65,7 @@ part = { rated_torque = "50 N m", stiffness = "20 N m/arcmin", backlash = "1 arc
 source = "measured on 5 pieces, 2024"
 """
 POSES = "A [deg],B [deg]\n10,20\n-30,5\n0,0\n"
-# Drives and encoders of the joints j1 and j2 of the xacro and MJCF files of the corpus.
+# Drives and encoders of the joints j1 and j2 of the xacro, MJCF and SDF files of the corpus.
 PRESETS = """[joints.j1]
 gearbox = { ratio = 100, backlash = "1 arcmin ± 0.3 arcmin", stiffness = "20 N m/arcmin" }
 encoder = { zero = "1 arcmin" }
@@ -292,6 +292,12 @@ def formats(folder: Path) -> tuple[Format, ...]:
             lambda path: study(path, presets),
             lambda path: of_arm(path, presets),
             SELDOM,
+        ),
+        Format(
+            "arm.sdf",
+            (),
+            lambda path: study(path, presets),
+            lambda path: of_arm(path, presets),
         ),
         Format(
             "made.gearbox.toml",

@@ -29,6 +29,17 @@ def with_type(declaration, name="r"):
     return (declaration + ROBOT.replace('name="r"', f'name="{name}"')).encode()
 
 
+def model(parts):
+    """Return an SDF file."""
+    return f'<sdf version="1.9"><model name="m">{parts}</model></sdf>'.encode()
+
+
+def pin(name, parent, child):
+    """Return a joint of an SDF file."""
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    return f'<joint name="{name}" type="revolute">{ends}</joint>'
+
+
 def dangling(count):
     """Return a URDF whose joints all name links that nearly exist."""
     body = "".join(
@@ -143,6 +154,31 @@ TOML = {
     "unclosed": b'a = """' + b"x\n" * 10_000,
     "empty": b"",
 }
+SDF = {
+    "external entity": XML["external entity"].replace(b"robot", b"sdf"),
+    "a billion laughs": (LAUGHS.replace("robot", "sdf") + "<sdf>&a9;</sdf>").encode(),
+    "another file as base": model(
+        '<link name="a" xml:base="secret.txt"/><include><uri>../secret.txt</uri></include>'
+    ),
+    "an include of a device": model("<include><uri>file:///dev/zero</uri></include>"),
+    "2 000 links": model("".join(f'<link name="a{k}"/>' for k in range(2000))),
+    "1 000 joints in a row of one link": model(
+        '<link name="a"/>' + "".join(pin(f"j{k}", "a", "a") for k in range(990))
+    ),
+    "a circle of 900 frames": model(
+        "".join(f'<frame name="f{k}" attached_to="f{(k + 1) % 900}"/>' for k in range(900))
+    ),
+    "a chain of 900 frames": model(
+        '<link name="a"/>'
+        + "".join(f'<frame name="f{k}" attached_to="f{k + 1}"/>' for k in range(900))
+        + '<frame name="f900" attached_to="a"/>'
+    ),
+    "a ladder of 300 loops": model(
+        "".join(f'<link name="a{k}"/><joint name="b{k}" type="fixed"/>' for k in range(300))
+        + "".join(pin(f"{side}{k}", f"a{k}", f"a{k + 1}") for side in "jkl" for k in range(130))
+    ),
+    "models 200 deep": model('<model name="m">' * 200 + "</model>" * 200),
+}
 BYTES = {
     "not UTF-8": b'name = "\xff\xfe"',
     "NUL": b'name = "x\x00y"',
@@ -152,6 +188,7 @@ FILES = (
     [pytest.param("arm.urdf", raw, id=f"urdf: {name}") for name, raw in {**XML, **BYTES}.items()]
     + [pytest.param("arm.toml", raw, id=f"toml: {name}") for name, raw in {**TOML, **BYTES}.items()]
     + [pytest.param("arm.xml", XML["external entity"], id="xml: external entity")]
+    + [pytest.param("arm.sdf", raw, id=f"sdf: {name}") for name, raw in SDF.items()]
 )
 
 _opened: list[str] | None = None

@@ -309,7 +309,7 @@ def reducers_beside(arm: object, rows: Sequence[GearboxRow]) -> tuple[GearboxRow
 ArmArgument: TypeAlias = Annotated[
     "Arm | str | Path | Mapping[str, Any]",
     Argument(
-        "Arm: native TOML; or URDF, xacro or MJCF with its sidecar TOML. In Python also a "
+        "Arm: native TOML; or URDF, xacro, MJCF or SDF with its sidecar TOML. In Python also a "
         "dictionary with what the TOML would hold.",
         arm_of,
         metavar="FILE",
@@ -318,7 +318,8 @@ ArmArgument: TypeAlias = Annotated[
 SidecarArgument: TypeAlias = Annotated[
     "str | Path | None",
     Argument(
-        "Sidecar TOML of a URDF, xacro or MJCF file. Default: the one of the same name beside it.",
+        "Sidecar TOML of a URDF, xacro, MJCF or SDF file. Default: the one of the same name "
+        "beside it.",
         path_of,
         metavar="SIDECAR",
     ),

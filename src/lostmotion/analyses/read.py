@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def read(path: str | Path | Mapping[str, Any], sidecar: str | Path | None = None) -> Arm:
-    """Return the arm that a file describes: native TOML, URDF, xacro or MJCF.
+    """Return the arm that a file describes: native TOML, URDF, xacro, MJCF or SDF.
 
     Parameters
     ----------

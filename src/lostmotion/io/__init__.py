@@ -1,8 +1,8 @@
 """File formats, one file each.
 
 An ending names its reader in `READERS`; a new format is one more line there, and a module with
-`read_arm(path, sidecar)`. Text that begins as XML does is read as what its root element says, URDF
-or MJCF, whatever its ending; other formats are refused by their names.
+`read_arm(path, sidecar)`. Text that begins as XML does is read as what its root element says, URDF,
+MJCF or SDF, whatever its ending; other formats are refused by their names.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ READERS: Final = {
     ".xml": "urdf",
     ".xacro": "urdf",
     ".mjcf": "urdf",
+    ".sdf": "urdf",
 }
 
 

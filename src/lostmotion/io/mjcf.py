@@ -24,6 +24,7 @@ from lostmotion.io.own_process import ask
 from lostmotion.io.sidecar import limits_in_sidecar
 from lostmotion.io.text import refuse
 from lostmotion.io.urdf_tree import MOST_ELEMENTS, UrdfJoint, UrdfLink, UrdfLoop, UrdfTree, is_name
+from lostmotion.spatial import rotation_of
 from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
@@ -381,12 +382,7 @@ def _pose(xyz: Floats, quaternion: Floats | None = None) -> Floats:
     out = np.eye(4)
     out[:3, 3] = xyz
     if quaternion is not None:
-        w, x, y, z = quaternion
-        out[:3, :3] = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
+        out[:3, :3] = rotation_of(quaternion)
     return out
 
 

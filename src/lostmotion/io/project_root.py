@@ -2,7 +2,7 @@
 
 A description is taken for hostile until it is checked, so that the files that it names are opened
 within one folder only: the nearest one above it that is the root of a project (`MARKERS`), at most
-8 folders up, else its own. The sidecar of a URDF, xacro or MJCF file may name another one:
+8 folders up, else its own. The sidecar of a URDF, xacro, MJCF or SDF file may name another one:
 
     root = ".."        # from the sidecar's folder; a folder that holds the description
 

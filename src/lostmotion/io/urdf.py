@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.errors import InputError
-from lostmotion.io import mjcf
+from lostmotion.io import mjcf, sdf, sdf_xml
 from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.draft import Draft
@@ -97,8 +97,8 @@ def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
 
 
 def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTree:
-    """Return the links and joints of a URDF, of the one that a xacro file makes, or of an MJCF
-    file.
+    """Return the links and joints of a URDF, of the one that a xacro file makes, or of an MJCF or
+    SDF file.
 
     Arguments of xacro, and the folder of the project, are taken out of the sidecar's `content`. A
     URDF has no use for them, but shares its sidecar with the xacro file that made it.
@@ -108,8 +108,11 @@ def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTr
         take_arguments(content, str(sidecar or path)),
         take_root(content, sidecar, path),
     )
-    if root_of(text) == mjcf.ROOT:
+    kind = root_of(text)
+    if kind == mjcf.ROOT:
         return mjcf.read_tree(path, text, root)
+    if kind == sdf_xml.ROOT:
+        return sdf.read_tree(path, text, root)
     if has_macros(path, text):
         beside = str(sidecar or sidecar_place(path))
         text, empty = expand(path, arguments, beside, root)
@@ -153,14 +156,17 @@ def effort_limits(path: Path, sidecar: Path | None = None) -> dict[str, float]:
 def self_contained(
     path: Path, text: str, content: dict[str, Any], sidecar: Path | None
 ) -> tuple[str, str]:
-    """Return the ending and the text of one file that describes the same arm: a URDF, or MJCF.
+    """Return the ending and the text of one file that describes the same arm: a URDF, MJCF or SDF.
     `content` is that of the sidecar.
 
     Raises InputError where the masses of an MJCF file follow from meshes, which are no text.
     """
     root = take_root(content, sidecar, path)
-    if root_of(text) == mjcf.ROOT:
+    kind = root_of(text)
+    if kind == mjcf.ROOT:
         return ".xml", mjcf.self_contained_text(path, text, root)
+    if kind == sdf_xml.ROOT:
+        return ".sdf", sdf_xml.self_contained_text(path, text, root)
     if has_macros(path, text):
         return ".urdf", expand(
             path,
@@ -173,15 +179,15 @@ def self_contained(
 
 def urdf_text(path: Path, sidecar: Path | None = None) -> tuple[str | None, Path]:
     """Return the text of a URDF, or of the one that a xacro file makes with the arguments of its
-    sidecar, None for an MJCF file; and its project.
+    sidecar, None for an MJCF or SDF file; and its project.
     """
     sidecar = sidecar or find_sidecar(path)
     content = {} if sidecar is None else read_toml(sidecar)
     text, _ = read_old_text(path, MEGABYTES)
     root = take_root(dict(content), sidecar, path)
-    return (
-        None if root_of(text) == mjcf.ROOT else self_contained(path, text, content, sidecar)[1]
-    ), root
+    if root_of(text) in (mjcf.ROOT, sdf_xml.ROOT):
+        return None, root
+    return self_contained(path, text, content, sidecar)[1], root
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str, loops: LoopsOfTree) -> dict[str, Any]:

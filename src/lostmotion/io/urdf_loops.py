@@ -87,7 +87,7 @@ class LoopsOfTree:
         out = []
         if self._loops and self.passive.issuperset(moving):
             found = f"a loop through {listed(moving)}, none of which an actuator moves"
-            expected = "an <actuator> for each drive; or, in the sidecar, those that have one"
+            expected = f"{self.tree.drive}; or, in the sidecar, those that have one"
             example = f"[joints.{key_step(moving[0])}] with passive = false"
             out.append(Problem(self.tree.file, self.tree.root, found, expected, example))
         for joint in own[len(self._chain) :]:

@@ -121,6 +121,7 @@ class UrdfTree:
     format  as it is called in messages
     root    the root element as an XPath
     hinge   an example of a joint that moves
+    drive   what says that a drive moves a joint of a loop
     tips    links that a file beside it names as tools
     loops   constraints between two links each
     """
@@ -130,6 +131,7 @@ class UrdfTree:
     format: str = "URDF"
     root: str = "/robot"
     hinge: str = '<joint name="A" type="revolute">'
+    drive: str = "an <actuator> for each drive"
     tips: NamedTips | None = None
     notes: list[str] = field(default_factory=list)
     links: dict[str, UrdfLink] = field(default_factory=dict)

@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _DECLARATION: Final = re.compile(r"<\?xml\b[^<>]{0,300}\?>")
-_ROOT: Final = re.compile(r"<robot(?=[\s>/])[^<>]{0,5000}")
 _PREFIX: Final = re.compile(r"(?:</?|\s)([A-Za-z_][A-Za-z0-9_.-]{0,40}):(?=[A-Za-z_])")
-_END: Final = "</robot>"
 _VERSION: Final = re.compile(r"""version\s*=\s*["']1\.""")
 _MOST_PREFIXES: Final = 30
 _MOST_REPAIRS: Final = 10
@@ -40,13 +38,7 @@ _SHAPES: Final = ("visual", "collision", "material", "geometry")
 _FORMATS: Final = {
     "mujoco": ("MJCF (MuJoCo)", "MJCF from the first letter on, in a file whose name ends in .xml"),
     "mujocoinclude": ("a part of an MJCF model (MuJoCo)", "the model that includes it"),
-    "sdf": (
-        "SDF (Gazebo)",
-        (
-            "a URDF, or the arm written as TOML; most SDF arms have a URDF of the same name in "
-            "the maker's package"
-        ),
-    ),
+    "sdf": ("SDF (Gazebo)", "SDF from the first letter on, in a file whose name ends in .sdf"),
     "html": ("a web page", "the URDF itself: download the file by its 'Raw' link"),
     "launch": ("a ROS launch file", "the URDF that it loads"),
     "COLLADA": ("COLLADA, a mesh", "the URDF that names this mesh"),
@@ -81,13 +73,7 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
     page = text[:_FIRST_LETTERS].lower().find("<!doctype html")
     if page >= 0:
         _refuse_format(file, _line_at(text, page), "html")
-    _refuse_type(text, file)
-    notes: list[str] = []
-    try:
-        robot = _parsed(text)
-    except etree.XMLSyntaxError as error:
-        robot, notes = _repaired(text, file, error)
-    _drop_namespace(robot)
+    robot, notes = parse_leniently(text, file, "robot")
     line = line_of(robot)
     if robot.tag != "robot":
         tag = str(robot.tag)
@@ -104,6 +90,20 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
         )
     notes += _look_for_macros(robot, file)
     return robot, notes
+
+
+def parse_leniently(text: str, file: str, root: str) -> tuple[etree._Element, list[str]]:
+    """Return the root element of XML, by this name where the text is sound, and a note on each
+    repair. Raises InputError for a document type, and for what no repair makes XML.
+    """
+    _refuse_type(text, file)
+    notes: list[str] = []
+    try:
+        element = _parsed(text)
+    except etree.XMLSyntaxError as error:
+        element, notes = _repaired(text, file, root, error)
+    _drop_namespace(element)
+    return element, notes
 
 
 def root_of(text: str) -> str:
@@ -189,7 +189,7 @@ def _parsed(text: str) -> etree._Element:
 
 
 def _repaired(
-    text: str, file: str, error: etree.XMLSyntaxError
+    text: str, file: str, root: str, error: etree.XMLSyntaxError
 ) -> tuple[etree._Element, list[str]]:
     """Parse the text again after repairs that keep every line where it was; raise the first error
     where they do not help.
@@ -220,14 +220,15 @@ def _repaired(
         f"line {_line_at(fixed, at)}: a comment with -- inside it is passed over"
         for at in odd[:_MOST_REPAIRS]
     ]
-    end = fixed.rfind(_END) + len(_END)
-    if end > len(_END) and fixed[end:].strip() and "<" not in fixed[end:]:
+    last = f"</{root}>"
+    end = fixed.rfind(last) + len(last)
+    if end > len(last) and fixed[end:].strip() and "<" not in fixed[end:]:
         notes.append(
             f"line {_line_at(fixed, len(fixed.rstrip()) - 1)}: text after the last tag is "
             "passed over"
         )
         fixed = fixed[:end]
-    fixed, undeclared = _declared(fixed)
+    fixed, undeclared = _declared(fixed, root)
     notes += undeclared
     try:
         return _parsed(fixed), notes
@@ -237,7 +238,7 @@ def _repaired(
             "",
             shown(again.msg or error.msg or "no XML", 120)[1:-1],
             "well-formed XML",
-            '<robot name="arm"> ... </robot>',
+            f"<{root} ...> ... </{root}>",
         )
 
 
@@ -255,11 +256,11 @@ def _uncommented(text: str) -> tuple[str, list[int]]:
     return ("".join([*out, text[at:]]), odd) if odd else (text, odd)
 
 
-def _declared(text: str) -> tuple[str, list[str]]:
+def _declared(text: str, name: str) -> tuple[str, list[str]]:
     """Declare the prefixes that the root element does not declare; note the first line of each that
     is declared nowhere.
     """
-    root = _ROOT.search(text)
+    root = re.search(rf"<{name}(?=[\s>/])[^<>]{{0,5000}}", text)
     if root is None:
         return text, []
     first: dict[str, int] = {}
@@ -271,7 +272,7 @@ def _declared(text: str) -> tuple[str, list[str]]:
         for prefix in first
         if not prefix.lower().startswith("xml") and f"xmlns:{prefix}" not in root[0]
     ]
-    at = root.start() + len("<robot")
+    at = root.start() + len(f"<{name}")
     declarations = "".join(f' xmlns:{prefix}="{_UNDECLARED}{prefix}"' for prefix in missing)
     notes = [
         (

@@ -117,7 +117,7 @@ def new(
         "str | Path | None",
         Argument(
             (
-                "Write the sidecar of this URDF, xacro or MJCF file instead: the class of its "
+                "Write the sidecar of this URDF, xacro, MJCF or SDF file instead: the class of its "
                 "drives, the load of each, and fitting reducers."
             ),
             path_of,
@@ -162,7 +162,7 @@ def new(
         raise refuse_argument(
             "tip, urdf",
             f"the tool '{asked.tip}' of no file",
-            "a URDF, xacro or MJCF file, whose link it is",
+            "a URDF, xacro, MJCF or SDF file, whose link it is",
             urdf="arm.urdf",
             tip=asked.tip,
         )
