@@ -48,6 +48,23 @@ def test_few_poses_calibrate_all_others(step, frames, normal, released):
         assert 136 < gain < 141
 
 
+@pytest.mark.parametrize(("step", "expected"), [(50, 0.1145), (5, 0.1049)])
+def test_a_student_prior_needs_no_release(step, expected):
+    """With heavy tails the normal prior of no error has to be widened by a choice: the same axis is
+    out of tolerance, and the other poses are predicted as well.
+    """
+    model, measured = grid_model()
+    rows = np.arange(0, 1000, step)
+    asked = Asked(np.ones(len(model.streams)), 7e-5, student=True)
+    found = fit(model.rows(rows), measured.part(rows), asked)
+    assert mean_error(rows, model, measured, found.mean) == pytest.approx(expected, rel=0.02)
+    ((draw, factor, gain),) = found.released
+    assert model.streams[draw].name == TILT
+    assert factor == pytest.approx(14, rel=0.02)
+    assert gain > 100
+    np.testing.assert_array_equal(found.prior, 1.0)
+
+
 def test_least_squares_needs_more_poses():
     """Without a prior, by a fixed basis of the 25 combinations that points can distinguish."""
     model, measured = grid_model()

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 LEAST_GAIN: Final = 5.0
 _RELEASES: Final = (4.0, 16.0, 64.0)
 _MOST_RELEASES: Final = 6
+# Degrees of freedom of a Student-t prior, and its reweightings until the change of each variance.
+STUDENT: Final = 2.0
+_REWEIGHTINGS: Final = 200
+_REWEIGHTED: Final = 1e-9
 # Scales of stated errors that are close to one, so that nothing is chosen.
 _USUAL: Final = (0.5, 2.0)
 # Range of the noise that is searched, m.
@@ -79,11 +83,55 @@ class Choices:
         return changed
 
     def unreleased(self) -> Floats:
-        """Return the prior variances (unknown,) before any release."""
+        """Return the prior variances (unknown,) before any was widened."""
         out = self.variances.copy()
         for each in self.released:
             out[each.draw] = self.asked.variances[each.draw]
+        if self.asked.student:
+            out[: self.draws][self.robot] = self._stated()[: self.draws][self.robot]
         return out
+
+    def _stated(self) -> Floats:
+        """Return the prior variances (unknown,) at the chosen size of what the file does not
+        state.
+        """
+        out = self.asked.variances.copy()
+        out[: self.draws][self.seat] *= self.scale**2
+        return out
+
+    def reweigh(self, data: evidence.NormalEquations) -> None:
+        """Replace the variances of the robot's errors by those of normal priors with the same most
+        probable values as Student-t priors, by expectation-maximisation.
+
+        With n degrees of freedom and a scale s, an error x has the variance (n s^2 + x^2)/(n + 1).
+        Source: K. Lange, R. Little, J. Taylor, J. Am. Stat. Assoc. 84 (1989) 881.
+        """
+        at = np.flatnonzero(self.robot & (self.variances[: self.draws] > 0))
+        stated = self._stated()[at]
+        for _ in range(_REWEIGHTINGS):
+            mean = evidence.posterior(data, self.variances).mean[at]
+            wider = (STUDENT * stated + mean**2) / (STUDENT + 1)
+            change = np.abs(wider / self.variances[at] - 1).max(initial=0.0)
+            self.variances = self.variances.copy()
+            self.variances[at] = wider
+            if change < _REWEIGHTED:
+                break
+
+    def widened(self, data: evidence.NormalEquations) -> tuple[Release, ...]:
+        """Return the errors that are out of tolerance: the releases, or those whose Student-t prior
+        became as wide as the smallest of these.
+        """
+        if not self.asked.student:
+            return tuple(self.released)
+        stated, found = self.unreleased(), []
+        ratio = np.sqrt(self.variances / np.where(stated > 0, stated, 1.0))
+        here = evidence.log_evidence(data, self.variances)
+        for k in map(int, np.flatnonzero(ratio >= _RELEASES[0])):
+            narrow = self.variances.copy()
+            narrow[k] = stated[k]
+            gain = here - evidence.log_evidence(data, narrow)
+            found.append(Release(k, float(ratio[k]), gain))
+        return tuple(sorted(found, key=lambda each: -each.gain))
 
     def _tune_noise(self) -> bool:
         if self.asked.noise is not None:
@@ -115,10 +163,11 @@ class Choices:
         usual = _USUAL[0] <= self.asked.scale <= _USUAL[1]
         for scale in (1.0,) if usual or not self.seat.any() else (1.0, self.asked.scale):
             self.scale, self.released = scale, []
-            self.variances = self.asked.variances.copy()
+            self.variances = self._stated()
             self.variances[: self.draws][self.order > 0] = harmonics
-            self.variances[: self.draws][self.seat] *= scale**2
-            if self.asked.release:
+            if self.asked.student:
+                self.reweigh(self.normal(self.noise))
+            elif self.asked.release:
                 self._release()
             self.noise, found = self._best_noise(self.variances)
             if found > best:

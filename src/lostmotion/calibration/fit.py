@@ -2,7 +2,8 @@
 
 Residuals are exact compositions; columns are those of the nominal arm. Each unknown has a normal
 prior with the variance that the arm's file states. An error far out of its tolerance is released:
-its prior is widened where the evidence rises by more than `choices.LEAST_GAIN`.
+its prior is widened where the evidence rises by more than `choices.LEAST_GAIN`. In its place the
+robot's errors may have Student-t priors.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ class Asked:
                evidence
     harmonics      whether order and amplitude of periodic errors are chosen by evidence
     release    whether errors out of tolerance are released
+    student    whether the robot's errors have Student-t priors in place of releases
     robust     whether measurements that are far off are weighted down
     scale      size of the errors that the arm's file states over usual ones: those that it does not
                state may be as much smaller or larger, by evidence
@@ -52,6 +54,7 @@ class Asked:
     noise: float | None = None
     harmonics: bool = False
     release: bool = True
+    student: bool = False
     robust: bool = True
     scale: float = 1.0
 
@@ -62,6 +65,7 @@ class Estimates:
 
     mean, covariance  of the draws and of the instrument's unknowns, in deviations of the terms
     variances         prior variances that were used
+    prior             prior variances before any was widened
     noise             standard deviation of a coordinate, m
     weights           (pose,) 1, or less where a measurement is far off
     evidence          log evidence, nats
@@ -74,6 +78,7 @@ class Estimates:
     mean: Floats
     covariance: Floats
     variances: Floats
+    prior: Floats
     noise: float
     weights: Floats
     evidence: float
@@ -137,6 +142,8 @@ class _Search:
                 chosen = choices.choose(self._normal)
             if math.isnan(surprise) and step:
                 surprise = evidence.surprise(self._normal(choices.noise), choices.unreleased())
+            if self.asked.student:
+                choices.reweigh(self._normal(choices.noise))
             found = evidence.posterior(self._normal(choices.noise), choices.variances)
             change = np.abs(found.mean - self.mean).max(initial=0.0)
             self.mean = found.mean
@@ -144,15 +151,17 @@ class _Search:
             reweighted = self._weigh(linear[0], linear[2])
             if step + 1 >= _FEWEST_STEPS and not chosen and not reweighted and change < _SETTLED:
                 break
-        found = evidence.posterior(self._normal(choices.noise), choices.variances)
+        data = self._normal(choices.noise)
+        found = evidence.posterior(data, choices.variances)
         return Estimates(
             found.mean,
             found.covariance,
             choices.variances,
+            choices.unreleased(),
             choices.noise,
             self.weights,
             found.evidence,
-            tuple(choices.released),
+            choices.widened(data),
             choices.orders,
             surprise,
             residual.size,

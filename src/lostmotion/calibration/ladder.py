@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Terms = Literal["geometry", "waves", "all"]
+Prior = Literal["release", "student-t"]
 FRAMES, GEOMETRY, HARMONICS = "base and tool", "geometry", "periodic errors"
 COMPLIANCE, DRIFT = "compliance of the joints", "drift"
 # Weight below which a measurement counts as wrong.
@@ -88,6 +89,7 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
     *,
     drift: Instrument | None = None,
     terms: Terms = "all",
+    prior: Prior = "release",
     scale: float = 1.0,
     noise: float | None = None,
     seed: int = 1,
@@ -98,6 +100,8 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
     drift  the instrument with a drift; None: no time was recorded
     terms  "geometry": constant errors of the chain alone; "waves": also periodic errors of the
            joints; "all": also compliance and drift
+    prior  "release": normal, and errors out of tolerance are released; "student-t": of the robot's
+           errors Student-t
     scale  size of the errors that the arm's file states over usual ones
     noise  standard deviation of a coordinate, m; None: estimated
     seed   of the random folds
@@ -126,6 +130,7 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
             noise,
             harmonics=name == HARMONICS,
             scale=scale,
+            student=prior == "student-t",
             robust=name != FRAMES,  # what the frames alone leave is no measuring error
         )
         found = fit(part, measured, asked)

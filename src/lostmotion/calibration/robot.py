@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from lostmotion.calibration.alignment import Alignment
     from lostmotion.calibration.fit import Estimates
     from lostmotion.calibration.instruments import Instrument, MeasuredVisits
-    from lostmotion.calibration.ladder import Climb, Terms
+    from lostmotion.calibration.ladder import Climb, Prior, Terms
     from lostmotion.calibration.model import RobotModel
     from lostmotion.calibration.validation import HeldOut
     from lostmotion.mechanism.arm import Arm
@@ -138,6 +138,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     *,
     sizes: Deviations | None = None,
     terms: Terms = "all",
+    prior: Prior = "release",
     noise: float | None = None,
     hold_out: float = 0.0,
     seed: int = 1,
@@ -178,6 +179,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         instrument,
         drift=None if drift is None else drift.part(used),
         terms=terms,
+        prior=prior,
         scale=stated_scale(arm, chosen) if sizes is None else 1.0,
         noise=noise,
         seed=seed,
@@ -331,7 +333,7 @@ def estimated_errors(
                 names[k],
                 k,
                 unit,
-                size * float(np.sqrt(best.variances[k])) / factors.get(k, 1.0),
+                size * float(np.sqrt(best.prior[k])),
                 size * float(best.mean[k]),
                 size * float(deviation[k]),
                 float(resolved[k]),

@@ -63,6 +63,18 @@ def test_the_sentence_names_accuracy_and_the_part(found):
     assert found.held_out.mean < 0.25e-3
 
 
+def test_a_student_prior_names_the_same_part(tmp_path):
+    """With its stated prior, how many of these the estimate is, and no other part."""
+    path = written(tmp_path / "visits.csv", *twenty())
+    asked = {"terms": "geometry", "noise": "70 µm", "prior": "student-t"}
+    found = lostmotion.calibrate(ARM, path, **asked)
+    (finding,) = found.findings
+    assert finding.startswith("J4.seat.tilt 2 is 12.2 mrad")
+    assert "24 times" in finding
+    tilt = next(each for each in found.terms if each.released > 1)
+    assert tilt.prior == pytest.approx(0.5e-3)
+
+
 def test_every_command_takes_its_file(found, tmp_path):
     """robot.toml holds the estimates and their covariance, and a study of that robot predicts the
     tool where it was measured, but for the base and tool frame, which are no errors of the robot.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lostmotion.calibration.ladder import Terms
+    from lostmotion.calibration.ladder import Prior, Terms
     from lostmotion.calibration.model import RobotModel
     from lostmotion.calibration.plan import PosePlan
     from lostmotion.calibration.repeats import RepeatScatter
@@ -96,10 +96,12 @@ class CalibrationAnswer:
         return counted(self.robot.climb.kept.fit.weights)
 
 
-def calibrated(
+def calibrated(  # noqa: PLR0913 - as `robot_of`
     arm: Arm,
     visits: CalibrationVisits,
+    *,
     terms: Terms,
+    prior: Prior,
     noise: float | None,
     hold_out: float,
     seed: int,
@@ -112,6 +114,7 @@ def calibrated(
         arm.calibrated(None),
         visits,
         terms=terms,
+        prior=prior,
         sizes=visits.sizes,
         noise=noise if noise is not None else visits.noise,
         hold_out=hold_out,

@@ -38,8 +38,11 @@ DEFAULT_NOISE: Final = 70e-6
 # Arguments that are without a use where poses are planned, where a maker's file is read, and where
 # errors are estimated.
 _UNUSED: Final = {
-    "plan": ("terms", "hold_out"),
-    "maker": ("measured", "mapping", "terms", "noise", "instrument", "hold_out", "plan", "zone"),
+    "plan": ("terms", "prior", "hold_out"),
+    "maker": (
+        *("measured", "mapping", "terms", "prior", "noise", "instrument", "hold_out", "plan"),
+        "zone",
+    ),
     "measured": ("zone",),
 }
 
@@ -116,6 +119,13 @@ def calibrate(
             'joints ("waves"); all that the measurement supports.'
         ),
     ] = "all",
+    prior: Annotated[
+        Literal["release", "student-t"],
+        Argument(
+            "Prior of the robot's errors: normal, and wider where an error is out of tolerance "
+            '("release"); or Student-t with two degrees of freedom.'
+        ),
+    ] = "release",
     noise: Annotated[
         Amount | None,
         Argument(
@@ -205,7 +215,14 @@ def calibrate(
                 expected = f"a share that leaves at least {FEWEST} of {poses} poses"
                 raise refuse_argument("hold_out", asked.hold_out, expected, hold_out="20 %")
             found = calibrated(
-                asked.arm, visits, asked.terms, asked.noise, asked.hold_out, asked.seed, progress
+                asked.arm,
+                visits,
+                terms=asked.terms,
+                prior=asked.prior,
+                noise=asked.noise,
+                hold_out=asked.hold_out,
+                seed=asked.seed,
+                progress=progress,
             )
             return Calibrated(**vars(found))
         stated = None if visits is None else visits.noise

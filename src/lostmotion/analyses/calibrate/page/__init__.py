@@ -51,14 +51,16 @@ _WORDS: Final = (
         "prior",
         (
             "standard deviation by the tolerance in the arm file, or assumed for an error that it "
-            "does not state; the distribution counts as normal."
+            "does not state; the distribution counts as normal, or of the robot's errors with "
+            "`--prior student-t` as Student's t with two degrees of freedom."
         ),
     ),
     (
         "released",
         (
             "error whose prior was widened because the log evidence rises by more than 5 nats: the "
-            "part is out of its tolerance, or the tolerance is too narrow."
+            "part is out of its tolerance, or the tolerance is too narrow. With Student-t priors: "
+            "whose prior became at least 4 times as wide."
         ),
     ),
     ("log evidence", "logarithm of the probability density of the measurement, nats."),
