@@ -221,16 +221,19 @@ def inverse(pose: Floats) -> Floats:
     return out
 
 
-def rotation_of(quaternion: Floats) -> Floats:
-    """Return the rotation (3, 3) of a unit quaternion (w, x, y, z)."""
+def pose_by_quaternion(
+    xyz: Floats | Sequence[float], quaternion: Floats | Sequence[float] = (1.0, 0.0, 0.0, 0.0)
+) -> Floats:
+    """Return the pose (4, 4) at xyz (m), turned by a unit quaternion (w, x, y, z)."""
     w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    out = np.eye(4)
+    out[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    out[:3, 3] = xyz
+    return out
 
 
 def pose_of(

@@ -19,12 +19,20 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.limits import listed
+from lostmotion.io.mjcf_loops import add_equalities
 from lostmotion.io.mjcf_xml import self_contained
 from lostmotion.io.own_process import ask
 from lostmotion.io.sidecar import limits_in_sidecar
 from lostmotion.io.text import refuse
-from lostmotion.io.urdf_tree import MOST_ELEMENTS, UrdfJoint, UrdfLink, UrdfLoop, UrdfTree, is_name
-from lostmotion.spatial import rotation_of
+from lostmotion.io.urdf_tree import (
+    MOST_ELEMENTS,
+    UrdfJoint,
+    UrdfLink,
+    UrdfTree,
+    free_name,
+    is_name,
+)
+from lostmotion.spatial import pose_by_quaternion
 from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
@@ -143,11 +151,12 @@ class _Builder:
             self._add_body(body)
         for site, name in enumerate(self.model["site"]):
             if name and is_name(name) and len(self.tree.links) < MOST_ELEMENTS:
-                pose = _pose(self.model["site_pos"][site], self.model["site_quat"][site])
-                self._add_frame(
-                    _free(name, self.tree.links, "site"), self.model["site_bodyid"][site], pose
+                pose = pose_by_quaternion(
+                    self.model["site_pos"][site], self.model["site_quat"][site]
                 )
-        self._couple()
+                link = free_name(name, self.tree.links, "site")
+                self._add_frame(link, self.model["site_bodyid"][site], pose)
+        add_equalities(self.tree, self.model, self.joints, self.carriers, self.anchors)
         self._note()
         self.tree.connect()
         return self.tree
@@ -173,7 +182,7 @@ class _Builder:
                     "a name in one line of printable text",
                     f'<{kind} name="{kind}_1">',
                 )
-            out[name or _free(other, [*stated, *out], kind)] = None
+            out[name or free_name(other, [*stated, *out], kind)] = None
         return list(out)
 
     def _add_body(self, body: int) -> None:
@@ -195,12 +204,12 @@ class _Builder:
         if body:
             self._add_joints(body, joints)
         if moved:
-            self._add_frame(name, body, _pose(np.zeros(3)))
+            self._add_frame(name, body, pose_by_quaternion(np.zeros(3)))
 
     def _add_joints(self, body: int, joints: list[int]) -> None:
         """Add the joints between a body and its parent: one that is fixed where it has none."""
         model, parent = self.model, self.parents[body]
-        seat = _pose(-self.anchors[parent]) @ _pose(
+        seat = pose_by_quaternion(-self.anchors[parent]) @ pose_by_quaternion(
             model["body_pos"][body], model["body_quat"][body]
         )
         link = self.carriers[parent]
@@ -217,18 +226,18 @@ class _Builder:
                 _TYPES[model["jnt_type"][joint]],
                 link,
                 child,
-                seat @ _pose(anchor - before),
+                seat @ pose_by_quaternion(anchor - before),
             )
             self._move(added, joint)
-            link, before, seat = child, anchor, _pose(np.zeros(3))
+            link, before, seat = child, anchor, pose_by_quaternion(np.zeros(3))
 
     def _between(self, body: int, joint: int) -> str:
         """Return the name of the link behind one of the joints of a body."""
-        return _free(f"{self.bodies[body]}@{self.joints[joint]}", self.bodies, "link")
+        return free_name(f"{self.bodies[body]}@{self.joints[joint]}", self.bodies, "link")
 
     def _turns(self, joint: int) -> bool:
-        """Return whether a joint has an anchor that counts: that of a slide shifts nothing."""
-        return bool(self.model["jnt_type"][joint] == "hinge")
+        """Return whether a joint turns about an anchor: that of a slide shifts nothing."""
+        return self.model["jnt_type"][joint] in {"hinge", "ball"}
 
     def _move(self, added: UrdfJoint, joint: int) -> None:
         """Set what a joint that moves has besides its place: axis and limits, from the pose of the
@@ -239,14 +248,10 @@ class _Builder:
         at = (f"{self.tree.file}:{added.line}" if added.line else self.tree.file, added.path)
         limited = bool(self.model["jnt_limited"][joint])
         if added.type == "ball":
-            added.other_mistakes.append(
-                Problem(
-                    *at,
-                    "a ball joint",
-                    "hinge or slide joints between base and tool",
-                    'type="hinge"',
-                )
-            )
+            expected = "hinge or slide joints between base and tool, or a loop that it is part of"
+            added.other_mistakes.append(Problem(*at, "a ball joint", expected, 'type="hinge"'))
+            if limited:
+                self._limit_ball(added, joint)
         elif added.type == "revolute" and not limited:
             added.type = "continuous"
         elif added.type == "prismatic" and not limited:
@@ -272,10 +277,18 @@ class _Builder:
                 f"{shown_zero} (ref)"
             )
 
+    def _limit_ball(self, added: UrdfJoint, joint: int) -> None:
+        """Set the cone of a ball joint, about the direction to the centre of mass of its body."""
+        body = self.model["jnt_bodyid"][joint]
+        axis = self.model["body_ipos"][body] - self.model["jnt_pos"][joint]
+        x, y, z = axis.tolist() if np.any(axis) else (0.0, 0.0, 1.0)
+        added.axis, cone = (x, y, z), float(self.model["jnt_range"][joint][1])
+        added.limits = (0.0, cone if cone < math.pi else 0.0)
+
     def _add(self, name: str, kind: str, parent: str, child: str, seat: Floats) -> UrdfJoint:
         x, y, z = seat[:3, 3].tolist()
         if kind == "fixed":
-            name = _free(name, {*self.tree.joints, *self.joints}, "fixed")
+            name = free_name(name, {*self.tree.joints, *self.joints}, "fixed")
         joint = UrdfJoint(
             name,
             kind,
@@ -293,75 +306,21 @@ class _Builder:
         """Add a link without mass at a pose in the frame of a body."""
         self.tree.links[name] = UrdfLink(name, is_frame=True)
         self._add(
-            f"{name}_fixed", "fixed", self.carriers[body], name, _pose(-self.anchors[body]) @ pose
+            f"{name}_fixed",
+            "fixed",
+            self.carriers[body],
+            name,
+            pose_by_quaternion(-self.anchors[body]) @ pose,
         )
-
-    def _couple(self) -> None:
-        """Mark the joints that equality constraints couple, which `find_chain` refuses by name on
-        the chain, and add the loops that such constraints close.
-        """
-        model = self.model
-        if len(model["eq_type"]) > MOST_ELEMENTS:  # each closes a loop through all joints
-            refuse(
-                self.tree.file,
-                self.tree.root,
-                f"{len(model['eq_type'])} elements in <equality>",
-                f"at most {MOST_ELEMENTS}",
-                "one arm per file",
-            )
-        for k, kind in enumerate(model["eq_type"]):
-            first, second = model["eq_obj1id"][k], model["eq_obj2id"][k]
-            title = f"equality '{model['equality'][k]}'" if model["equality"][k] else "an equality"
-            if not model["eq_active0"][k]:
-                continue
-            if kind == "joint":
-                joint = self.tree.joints[self.joints[first]]
-                joint.leader = self.joints[second] if second >= 0 else "a constant"
-                joint.coupling = f"{title}, x {model['eq_data'][k][1]:.4g}"
-            elif kind in {"connect", "weld"}:
-                ends = [
-                    end if model["eq_objtype"][k] == "body" else model["site_bodyid"][end]
-                    for end in (first, second)
-                ]
-                if any(model["body_mocapid"][end] >= 0 for end in ends):
-                    self.tree.notes.append(
-                        f"not carried over: {title}, which ties a body to one that a person "
-                        "moves (mocap)"
-                    )
-                    continue
-                self._close(k, ends)
-
-    def _close(self, k: int, ends: list[int]) -> None:
-        """Add the loop that a constraint between two bodies closes."""
-        model, kind, data = self.model, self.model["eq_type"][k], self.model["eq_data"][k]
-        if model["eq_objtype"][k] != "body":
-            sites = (model["eq_obj1id"][k], model["eq_obj2id"][k])
-            frames = [_pose(model["site_pos"][at], model["site_quat"][at]) for at in sites]
-        elif kind == "connect":
-            frames = [_pose(data[:3]), _pose(data[3:6])]
-        else:
-            frames = [_pose(data[3:6], data[6:10]), _pose(data[:3])]
-        one, other = (
-            _pose(-self.anchors[body]) @ frame for body, frame in zip(ends, frames, strict=True)
-        )
-        links = (self.carriers[ends[0]], self.carriers[ends[1]])
-        around = set(self._way(ends[0])) ^ set(self._way(ends[1]))
-        for joint, owner in enumerate(model["jnt_bodyid"]):
-            self.tree.joints[self.joints[joint]].in_loop |= owner in around
-        # a weld whose rotation has no weight holds a point
-        turns = kind == "connect" or not data[10]
-        name = model["equality"][k]
-        name = name if name and is_name(name) else "loop"
-        self.tree.loops.append(UrdfLoop(name, links, (one, other), turns))
-
-    def _way(self, body: int) -> list[int]:
-        """Return a body and all that carry it, up to the world."""
-        out = [body]
-        while out[-1]:
-            out.append(self.parents[out[-1]])
-        return out
 
     def _note(self) -> None:
+        joints = self.tree.joints.values()
+        cones = [joint.name for joint in joints if joint.type == "ball" and joint.limits[1]]
+        if cones:
+            self.tree.notes.append(
+                f"the range of {listed(cones)} is a cone about the direction to the centre of mass "
+                "of the body; MuJoCo limits the whole rotation"
+            )
         springs = [
             self.joints[k] for k, stiffness in enumerate(self.model["jnt_stiffness"]) if stiffness
         ]
@@ -375,19 +334,3 @@ class _Builder:
                 f"not carried over: the gravity compensation (gravcomp) of {listed(held)}; "
                 "they weigh all they weigh"
             )
-
-
-def _pose(xyz: Floats, quaternion: Floats | None = None) -> Floats:
-    """Return the pose (4, 4) at xyz (m), turned by a unit quaternion (w, x, y, z)."""
-    out = np.eye(4)
-    out[:3, 3] = xyz
-    if quaternion is not None:
-        out[:3, :3] = rotation_of(quaternion)
-    return out
-
-
-def _free(name: str, taken: Any, kind: str) -> str:  # noqa: ANN401 - any collection of names
-    """Return a name that is not taken yet: this one, or with what it is behind it."""
-    while name in taken:
-        name = f"{name}_{kind}"
-    return name

@@ -22,13 +22,19 @@ from lostmotion.io.sdf_frames import WORLD, Frames
 from lostmotion.io.sdf_values import Values
 from lostmotion.io.sdf_xml import TRUE, model_of
 from lostmotion.io.sidecar import limits_in_sidecar
-from lostmotion.io.urdf_tree import LIMITED, Three, UrdfJoint, UrdfLink, UrdfLoop, UrdfTree
+from lostmotion.io.urdf_tree import (
+    LIMITED,
+    Three,
+    UrdfJoint,
+    UrdfLink,
+    UrdfLoop,
+    UrdfTree,
+    free_name,
+)
 from lostmotion.io.urdf_xml import line_of
 from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     from lxml import etree
 
     from lostmotion.spatial import Floats
@@ -133,15 +139,11 @@ class _TreeOfModel:
             if self.carriers[body] != body:
                 self._add_frame(body, body, self.frames.pose_of(body))
         for name in self.frames.named:
-            pose = self.frames.pose_of(name)
-            self._add_frame(_free(name, self.tree.links, "frame"), self.frames.body_of(name), pose)
+            link, body = free_name(name, self.tree.links, "frame"), self.frames.body_of(name)
+            self._add_frame(link, body, self.frames.pose_of(name))
         self._note()
         self.tree.connect()
         self._refuse()
-        for loop in self.tree.loops:
-            ways = [self.tree.path_to(link) or [] for link in loop.links]
-            for each in (*ways[0], *ways[1]):
-                each.in_loop |= (each in ways[0]) != (each in ways[1])
         return self.tree
 
     def _refuse(self) -> None:
@@ -200,7 +202,7 @@ class _TreeOfModel:
             self.seats[body], name = own, body
             if joint is not None and joint.moves and np.abs(joint.pose - own).max() > _SAME:
                 self.seats[body] = joint.pose
-                name = _free(f"{body}@{joint.name}", self.frames.links, "link")
+                name = free_name(f"{body}@{joint.name}", self.frames.links, "link")
             self.carriers[body] = name
 
     def _stand(self, joints: list[_Joint]) -> None:
@@ -241,10 +243,10 @@ class _TreeOfModel:
         axes = axes[: 1 + (joint.kind in _TWO_AXES)]
         for which in reversed(axes) if joint.turned else axes:
             name = joint.name if which == "axis" else f"{joint.name}_{which}"
-            name = name if which == "axis" else _free(name, self.frames.joints, "joint")
+            name = name if which == "axis" else free_name(name, self.frames.joints, "joint")
             after = child
             if which != (axes[0] if joint.turned else axes[-1]):
-                after = _free(f"{child}@{name}", self.tree.links, "link")
+                after = free_name(f"{child}@{name}", self.tree.links, "link")
                 self.tree.links[after] = UrdfLink(after, is_frame=True)
             added = self._add(name, _TYPES.get(joint.kind, joint.kind), (link, after), pose, joint)
             self._move(added, joint, which)
@@ -261,7 +263,7 @@ class _TreeOfModel:
         x, y, z = pose[:3, 3].tolist()
         line = 0 if joint is None or joint.element.base else line_of(joint.element)
         if joint is None:
-            name = _free(name, {*self.tree.joints, *self.frames.joints}, "fixed")
+            name = free_name(name, {*self.tree.joints, *self.frames.joints}, "fixed")
         added = UrdfJoint(name, kind, *links, (x, y, z), rpy_of(pose[:3, :3]), line, root="/")
         added.driven = joint is not None and joint.name in self.driven
         self.tree.joints[name] = added
@@ -280,7 +282,7 @@ class _TreeOfModel:
             np.linalg.inv(self.seats[body]) @ joint.pose for body in (joint.parent, joint.child)
         ]
         if joint.moves:
-            ends[0] = _free(f"{joint.child}@{joint.name}", self.tree.links, "link")
+            ends[0] = free_name(f"{joint.child}@{joint.name}", self.tree.links, "link")
             self.tree.links[ends[0]] = UrdfLink(ends[0], is_frame=True)
             self._add_joint(joint, ends[0], joint.pose)
             frames[0] = np.eye(4)
@@ -301,7 +303,7 @@ class _TreeOfModel:
             example = f'type="{near or "prismatic"}"'
             self.values.refuse(joint.element, f"{path}/@type", found, expected, example, near)
         elif added.type == "ball":
-            expected = "joints with an axis between base and tool"
+            expected = "joints with an axis between base and tool, or a loop that it is part of"
             self.values.refuse(joint.element, path, "a ball joint", expected, 'type="revolute"')
         elif added.type != "fixed":
             added.axis = self._axis(element, joint, f"{path}/{which}")
@@ -390,10 +392,3 @@ class _TreeOfModel:
         foreign = [str(each.tag).rpartition("}")[2] for each in self.model if "}" in str(each.tag)]
         if foreign:
             notes.append(f"not carried over: {cut(listed(foreign), 200)}, extensions of SDF")
-
-
-def _free(name: str, taken: Collection[str], kind: str) -> str:
-    """Return a name that is not taken yet: this one, or with what it is behind it."""
-    while name in taken:
-        name = f"{name}_{kind}"
-    return name

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.io.sdf_xml import TRUE, place
 from lostmotion.io.text import numbers
-from lostmotion.spatial import pose_of, rotation_of
+from lostmotion.spatial import pose_by_quaternion, pose_of
 from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
@@ -100,6 +100,4 @@ class Values:
             expected = "a rotation as x y z w"
             self.refuse(element, f"{path}/pose", "a quaternion of zeros", expected, "0 0 0 1")
             return pose_of((x, y, z))
-        out = pose_of((x, y, z))
-        out[:3, :3] = rotation_of(np.roll(stated[3:], 1) / norm)
-        return out
+        return pose_by_quaternion((x, y, z), np.roll(stated[3:], 1) / norm)

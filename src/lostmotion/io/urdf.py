@@ -249,7 +249,10 @@ def _origin(joint: UrdfJoint, *, first: bool) -> Frame:
 
 def _motion(joint: UrdfJoint) -> dict[str, Any]:
     if joint.type == "ball":
-        return {"type": "spherical"}
+        cone = {"cone": f"{joint.limits[1]!r} rad", "axis": joint.axis} if joint.limits[1] else {}
+        return {"type": "spherical", **cone}
+    if joint.is_held_by_loops:
+        return {"type": "free"}
     if not joint.moves:
         return {"type": "fixed"}
     low, high = (-math.pi, math.pi) if joint.type == "continuous" else joint.limits

@@ -105,7 +105,7 @@ def find_chain(tree: UrdfTree, content: dict[str, Any], sidecar: str, sidecar_na
     notes += [
         f"joint '{joint.name}' ({joint.type}) carries the whole arm: it is held at zero"
         for joint in joints
-        if joint.type in _FREE
+        if _is_free(joint)
     ]
     notes += [
         f"joint '{joint.name}' cannot move, for its lower limit is its upper one: it is fixed there"
@@ -202,7 +202,7 @@ def _faults(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> lis
             else joint.limit_mistakes
         )
         out += joint.other_mistakes
-        if joint.type in _FREE and moved:
+        if _is_free(joint) and moved:
             expected = "revolute, continuous, prismatic or fixed joints between base and tip"
             out.append(Problem(*at, f"a {joint.type} joint", expected, tree.hinge))
         if joint.moves and joint.leader:
@@ -221,16 +221,19 @@ def _faults(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> lis
     if not moved and not out:
         better = _readable_tip(tree, base)
         example = f"tip = {quoted(better)}" if better else tree.hinge
-        out.append(
-            Problem(
-                tree.file,
-                tree.root,
-                f"no joint that moves before the tip '{tip}'",
-                "a tip behind at least one moving joint",
-                example,
-            )
-        )
+        found = f"no joint that moves before the tip '{tip}'"
+        expected = "a tip behind at least one moving joint"
+        free = [joint.name for joint in joints if joint.type in _FREE]
+        if free:
+            found += f", only {listed(free)}, which no loop holds"
+            expected += ", or legs that close loops with what it carries"
+        out.append(Problem(tree.file, tree.root, found, expected, example))
     return out
+
+
+def _is_free(joint: UrdfJoint) -> bool:
+    """Return whether nothing holds what a joint carries."""
+    return joint.type in _FREE and not joint.is_held_by_loops
 
 
 def _coupled(
@@ -318,7 +321,7 @@ def _reads(tree: UrdfTree, base: str, tip: str) -> bool:
         return False
     moved = False
     for joint in joints:
-        if joint.mistakes or (joint.type in _FREE and moved) or (joint.moves and joint.leader):
+        if joint.mistakes or (_is_free(joint) and moved) or (joint.moves and joint.leader):
             return False
         moved = moved or joint.moves
     return True

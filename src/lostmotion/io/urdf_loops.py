@@ -92,14 +92,12 @@ class LoopsOfTree:
             out.append(Problem(self.tree.file, self.tree.root, found, expected, example))
         for joint in own[len(self._chain) :]:
             out += joint.limit_mistakes
-            if joint.type in {"floating", "planar"}:
+            if joint.type in {"floating", "planar"} and not joint.is_held_by_loops:
                 where = f"{self.tree.file}:{joint.line}" if joint.line else self.tree.file
                 expected = "a platform that legs alone carry as type free in TOML"
-                out.append(
-                    Problem(where, joint.path, f"a {joint.type} joint in a loop", expected, "free")
-                )
-            elif joint.type != "ball":
-                out += joint.other_mistakes
+                found = f"a {joint.type} joint that no loop holds"
+                out.append(Problem(where, joint.path, found, expected, "free"))
+            out += joint.other_mistakes
         return out
 
     def attached(self, joint: UrdfJoint, before: UrdfJoint | None) -> dict[str, Any]:
@@ -112,7 +110,7 @@ class LoopsOfTree:
         """Return what an entry states of a joint in a loop: passive, or at zero at home."""
         if joint.name not in self._in_loops or not joint.moves:
             return {}
-        if joint.name in self.passive:
+        if joint.name in self.passive or joint.is_held_by_loops:
             return {"passive": True}
         low, high = joint.limits if joint.type != "continuous" else (-1.0, 1.0)
         unit = "m" if joint.type == "prismatic" else "rad"
@@ -152,9 +150,10 @@ class LoopsOfTree:
             places.append(name)
             frames.append(_frame(at))
         if loop.turns:
-            ball = f"{loop.name}_ball"
+            ball, count = f"{loop.name}_ball", 1
             while ball in entries:
-                ball += "2"
+                count += 1
+                ball = f"{loop.name}_ball{count}"
             start = [f"{angle!r} rad" for angle in rpy_of(turned[1].T @ turned[0])]
             place = {"after": places[1], "origin": frames[1]}
             joints.append({"name": ball, "type": "spherical", **place, "start": start})

@@ -156,7 +156,7 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_LinkPlace]:
         )
         for joint in reversed(children):
             beyond = replace(spot, link=joint.child, fixed=spot.fixed + 1, depth=spot.depth + 1)
-            if joint.type in ("floating", "planar") and spot.way:
+            if joint.type in ("floating", "planar") and spot.way and not joint.moves:
                 beyond = replace(beyond, aside=True)
             elif joint.moves or joint.mistakes:
                 pair = len(jaws) > 1 and joint.name in jaws
@@ -168,9 +168,11 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_LinkPlace]:
                 aside = spot.aside or (
                     sparing and (pair or jaw or _is_aside(joint, depth[joint.child]))
                 )
+                # a platform that legs carry moves as an arm of six joints
+                freedoms = 6 if joint.type == "floating" else 1
                 beyond = replace(
                     beyond,
-                    way=(*spot.way, joint.name),
+                    way=(*spot.way, *[joint.name] * freedoms),
                     fixed=0,
                     aside=aside,
                     coupled=spot.coupled or bool(joint.leader) or joint.in_loop,
@@ -258,7 +260,7 @@ def _best(tree: UrdfTree, spots: list[_LinkPlace]) -> Choice | None:
     ]
 
     def choice(spot: _LinkPlace) -> Choice:
-        return Choice(spot.link, len(by_link[spot.link].way), spot in named)
+        return Choice(spot.link, len(set(by_link[spot.link].way)), spot in named)
 
     return replace(
         choice(first), others=tuple(spot.link for spot in others), rivals=tuple(map(choice, rivals))

@@ -14,12 +14,16 @@ from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from lostmotion.spatial import Floats
 
 Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
 LIMITED: Final = ("revolute", "prismatic")
 MOVING: Final = (*LIMITED, "continuous")
+# What loops alone move: a ball joint, and a platform that legs carry.
+_IN_LOOPS: Final = ("ball", "floating")
 MOST_ELEMENTS: Final = 1000
 LONGEST_NAME: Final = 200  # as programs join them; a joint of the arm has a shorter one
 
@@ -61,7 +65,8 @@ class UrdfJoint:
     """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it
     stands.
 
-    limits    lower and upper, rad or m; zeros for types without
+    limits    lower and upper, rad or m; zeros for types without; of a ball joint zero and the
+              largest angle between `axis` and the same direction of the moved side
     effort    largest torque or force of its drive, N m or N, as stated: many files state a
               placeholder; 0 where none is
     leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
@@ -105,8 +110,13 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Return whether the joint turns or slides."""
-        return self.type in MOVING and not self.locked
+        """Return whether the joint turns or slides, or a loop moves it in several directions."""
+        return (self.type in MOVING and not self.locked) or self.is_held_by_loops
+
+    @property
+    def is_held_by_loops(self) -> bool:
+        """Return whether it has several freedoms, and loops lead through it."""
+        return self.in_loop and self.type in _IN_LOOPS
 
     @property
     def path(self) -> str:
@@ -178,7 +188,7 @@ class UrdfTree:
         """Hang every joint between its links; note links that do not exist, second parents, several
         roots, loops.
         """
-        lost = False
+        lost, before = False, len(self.mistakes)
         for joint in self.joints.values():
             for end, link in (("parent", joint.parent), ("child", joint.child)):
                 if self.full:
@@ -210,6 +220,24 @@ class UrdfTree:
             self._children.setdefault(joint.parent, []).append(joint)
         if not lost:
             self._check_whole()
+        if len(self.mistakes) == before:
+            self.loops = [loop for loop in self.loops if self._leads_through(loop)]
+
+    def _leads_through(self, loop: UrdfLoop) -> bool:
+        """Mark the joints of a loop. Return False where it only welds a free root to the world,
+        which then stands where the file has it.
+        """
+        ways = [self.path_to(link) or [] for link in loop.links]
+        names = {joint.name for joint in ways[0]} ^ {joint.name for joint in ways[1]}
+        around = [self.joints[name] for name in names]
+        moved = [joint.type for joint in around if joint.type != "fixed"]
+        if moved == ["floating"] and not loop.turns:
+            return False
+        for joint in around:
+            joint.in_loop = True
+            if joint.is_held_by_loops:
+                joint.other_mistakes.clear()
+        return True
 
     def _check_whole(self) -> None:
         roots = self.roots
@@ -244,3 +272,10 @@ def is_name(text: str) -> bool:
     long.
     """
     return text.isprintable() and len(text) <= LONGEST_NAME
+
+
+def free_name(name: str, taken: Collection[str], kind: str) -> str:
+    """Return a name that is not taken yet: this one, or with what it is behind it."""
+    while name in taken:
+        name = f"{name}_{kind}"
+    return name
