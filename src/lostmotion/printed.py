@@ -61,6 +61,9 @@ _DIGITS: Final = 3
 _MOST_DIGITS: Final = 4
 _DIGITS_OF_WIDTH: Final = 2
 _MOST_PLACES: Final = 9
+# Of a length with one digit: what rounding outward neglects, and where µm begin, m.
+_SLACK: Final = 0.03
+_SMALLEST_MM: Final = 1e-5
 
 
 def si_of(unit: str) -> str:
@@ -162,6 +165,22 @@ def share_text(value: float) -> str:
         return "<0.01"
     text = written(value, min(places(abs(value), _DIGITS), 2))
     return text if float(text) != 100 else ">99.9" if value < 100 else "100"  # noqa: PLR2004 - the whole
+
+
+def rounded_length(value: float, way: float = 0.0) -> str:
+    """Return a length (m) with one significant digit; `way` -1 rounds down, 1 up, both but for 3 %,
+    0 to the nearest.
+    """
+    if not (math.isfinite(value) and value > 0):
+        return "0 µm" if value == 0 else "?"
+    unit, factor = ("µm", 1e6) if value < _SMALLEST_MM else ("mm", 1e3)
+    place = math.floor(math.log10(value * factor))
+    number = value * factor / 10.0**place
+    digit = {-1.0: math.floor(number * (1 + _SLACK)), 1.0: math.ceil(number / (1 + _SLACK))}.get(
+        way, round(number)
+    )
+    text = f"{digit * 10.0**place:.12f}"
+    return f"{text.rstrip('0').rstrip('.')} {unit}"
 
 
 def estimate_text(value: float, low: float, high: float, unit: str) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
+from lostmotion.error_model.assumed_drives import presets_of_arm
 from lostmotion.error_model.given_values import (
     any_assumed,
     assumed_among,
@@ -123,6 +124,7 @@ class States:
              them are known
     moved_by_temperature  whether a link expands or bends at a stated temperature
     estimates  of the errors of one robot
+    presets  that all drives are, by name; empty where any value of one is stated
     limits   maker's upper limits that count at the poses of a study (`upper_limits.with_limits`),
              the largest contributor first
     """
@@ -136,6 +138,7 @@ class States:
     given: tuple[GivenValue, ...] = ()
     bounded: tuple[str, ...] = ()
     estimates: tuple[StatedEstimate, ...] = ()
+    presets: tuple[str, ...] = ()
 
     @property
     def assumed_count(self) -> int:
@@ -187,9 +190,8 @@ def states(arm: Arm) -> States:
     A kind is "ideal" where no value describes it, "assumed" where any value that describes it is
     assumed (marked in the file, a catalogue's upper limit, a typical material), and "stated"
     otherwise. A zero in the file, and `rigid = true`, count as stated: they declare the kind ideal.
-    A default does not describe a kind; where it is used
-    together with stated values, it is listed among the assumed values. Joints on a branch are
-    excluded, since their errors do not move the tool.
+    A default does not describe a kind; used together with stated values, it is listed among the
+    assumed ones. Joints on a branch are excluded, since their errors do not move the tool.
     """
     on_tool_path = [
         joint
@@ -211,6 +213,7 @@ def states(arm: Arm) -> States:
         estimates=() if known is None else known.stated(arm.calibrated(None).terms),
         assumed=assumed_among(given),
         given=given,
+        presets=presets_of_arm(arm),
         bounded=tuple(
             dict.fromkeys(
                 member
@@ -227,9 +230,7 @@ def states(arm: Arm) -> States:
 
 
 def of_compliance(known: States) -> States:
-    """Return states of which only those kinds of error are required that make an arm compliant, for
-    figures of its compliance alone.
-    """
+    """Return states that require only kinds of error that make an arm compliant."""
 
     def elastic(each: JointStates) -> JointStates:
         return replace(each, required=tuple(kind for kind in each.required if kind in ELASTIC))

@@ -15,6 +15,7 @@ from lostmotion.catalogue import materials
 from lostmotion.catalogue.drive_classes import LOADS, drive_classes, load_of
 from lostmotion.catalogue.gearbox_row import source_in_words
 from lostmotion.catalogue.presets import PARTS, PresetRow
+from lostmotion.error_model.assumed_drives import OF_DRIVE, whole_preset
 from lostmotion.errors import nearest, shown
 from lostmotion.parts.joint import has_drive
 from lostmotion.parts.link import Link
@@ -33,9 +34,6 @@ if TYPE_CHECKING:
 DRIVE: Final = "drive"
 DRIVES: Final = "drives"
 CLASS: Final = "class"
-# Parts that every drive has, and those that it may have.
-_OF_DRIVE: Final = ("gearbox", "encoder")
-_BESIDE: Final = ("bearing", "guideway", "servo", "lumped")
 # By type of joint: the key of a drive's load.
 LOAD_KEYS: Final = {"revolute": "torque", "prismatic": "force"}
 
@@ -157,7 +155,7 @@ def class_of_arm(arm: Arm) -> DriveClass | None:
     """
     found = []
     for joint in arm.driven:
-        presets = [_class_preset(getattr(joint, part, None)) for part in _OF_DRIVE]
+        presets = [_class_preset(getattr(joint, part, None)) for part in OF_DRIVE]
         if any(each is None for each in presets):
             return None
         found.append(drive_classes()[presets[0].name])  # type: ignore[union-attr] # none is None
@@ -168,34 +166,10 @@ def _class_preset(part: Any) -> Preset | None:  # noqa: ANN401 - a part of a joi
     """Return the class that all values of a part come from; None where any is stated, or comes from
     elsewhere.
     """
-    preset = _whole_preset(part)
+    preset = whole_preset(part)
     if preset is None or preset.load is None or preset.name not in drive_classes():
         return None
     return preset
-
-
-def _whole_preset(part: Any) -> Preset | None:  # noqa: ANN401 - a part of a joint, or None
-    """Return the preset or class that all values of a part come from; None where any is stated."""
-    preset: Preset | None = getattr(part, "preset", None)
-    own = preset and part.model_fields_set - NO_VALUES - {"preset", *preset.keys}
-    return None if own else preset
-
-
-def presets_of_arm(arm: Arm) -> tuple[str, ...]:
-    """Return the names of the presets that all gearboxes, bearings, encoders and servos of an arm
-    are, in the order of its joints; empty where any value of one is stated, or a joint lacks a
-    gearbox or an encoder.
-    """
-    names: dict[str, None] = {}
-    for joint in arm.driven:
-        for key in (*_OF_DRIVE, *_BESIDE):
-            part = getattr(joint, key, None)
-            preset = _whole_preset(part)
-            if preset is not None:
-                names[preset.name] = None
-            elif part is not None or key in _OF_DRIVE:
-                return ()
-    return tuple(names)
 
 
 def with_class(arm: Arm, of: DriveClass, loads: Mapping[str, float] | None = None) -> Arm:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from lostmotion.error_model.trust import error_remarks
 from lostmotion.error_model.upper_limits import in_error, in_repeats
-from lostmotion.reporting.provenance import provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import as_known, provenance_facts, provenance_sections
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -74,6 +74,24 @@ def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> 
     return tuple(_bounded_block(block, sign) if block.key in keys else block for block in blocks)
 
 
+def bars_as_known(blocks: Iterable[Bars], known: States) -> tuple[Bars, ...]:
+    """Return blocks of bars, their lengths with one digit where every drive is assumed."""
+    return tuple(
+        replace(
+            block,
+            bars=tuple(
+                replace(
+                    bar,
+                    figure=as_known(bar.figure, known),
+                    effect=None if bar.effect is None else as_known(bar.effect, known),
+                )
+                for bar in block.bars
+            ),
+        )
+        for block in blocks
+    )
+
+
 def _bounded_block(block: Bars, sign: Literal["", "lower"]) -> Bars:
     return replace(
         block,
@@ -87,19 +105,21 @@ def _bounded_block(block: Bars, sign: Literal["", "lower"]) -> Bars:
 def bounded_sections(
     sections: Iterable[Section], known: States, keys: Sequence[str]
 ) -> tuple[Section, ...]:
-    """Return sections, as bounds where kinds of error are missing those whose keys begin with one
-    of `keys`: lengths lower, shares upper ones.
+    """Return sections, those whose keys begin with one of `keys` with one digit where every drive
+    is assumed, and as bounds where kinds of error are missing: lengths lower, shares upper ones.
     """
-    sign = sign_of(known)
     return tuple(
-        _bounded_section(section) if sign and section.key.startswith(tuple(keys)) else section
+        _bounded_section(section, known) if section.key.startswith(tuple(keys)) else section
         for section in sections
     )
 
 
-def _bounded_section(section: Section) -> Section:
+def _bounded_section(section: Section, known: States) -> Section:
+    sign = sign_of(known)
+
     def bounded(figure: Cell) -> Cell:
-        if figure.words or figure.stated or not math.isfinite(figure.value):
+        figure = as_known(figure, known)
+        if not sign or figure.words or figure.stated or not math.isfinite(figure.value):
             return figure
         return (
             replace(figure, bound="lower")

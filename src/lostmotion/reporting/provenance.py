@@ -108,6 +108,15 @@ def bound(known: States) -> str:
     return "upper" if known.limits and not known.ideal_kinds else "none"
 
 
+def as_known(figure: Cell, known: States) -> Cell:
+    """Return a length with one digit where every drive of the arm is assumed, another figure as it
+    is.
+    """
+    if not known.presets or figure.unit != "m" or figure.words or figure.stated:
+        return figure
+    return replace(figure, assumed=True)
+
+
 def at_least(text: object, known: States) -> str:
     """Return an error as a lower bound where kinds of error are missing, or an upper one where
     makers' limits count in it; neither with both.
@@ -159,6 +168,8 @@ def by_what_is_described(known: States, *, met: bool = True) -> str:
 
 
 def _with_bound(text: object, known: States, *, limited: bool) -> str:
+    if isinstance(text, Cell):
+        text = as_known(text, known)
     if known.lower_bound:
         return str(text) if limited else f"at least {text}"
     return _at_most(text, known) if limited else str(text)
@@ -242,7 +253,18 @@ def caveats(known: States, *, missing: bool = True) -> list[str]:
              the tool, not to loads and compliance
     """
     rest = rests_on_sentences(known) if missing else assumed_value_sentences(known)
-    return [*missing_sentences(known), *upper_limit_sentences(known), *rest]
+    return [
+        *(assumed_drives_sentences(known) if missing else []),
+        *missing_sentences(known),
+        *upper_limit_sentences(known),
+        *rest,
+    ]
+
+
+def assumed_drives_sentences(known: States) -> list[str]:
+    """Return the sentence on drives that are all assumed; none where any is stated."""
+    names = ", ".join(known.presets)
+    return [f"Every drive is assumed ({names}): lengths of errors have one digit."] if names else []
 
 
 def missing_sentences(known: States) -> list[str]:

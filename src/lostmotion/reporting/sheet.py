@@ -15,6 +15,7 @@ from lostmotion.printed import (
     digits,
     factor_of,
     last_place,
+    rounded_length,
     share_text,
     si_of,
     stated_text,
@@ -40,6 +41,8 @@ class Cell:
     it.
     bound: the true value is no larger ("upper"), or no smaller ("lower").
     words: what stands in the cell in place of a number.
+    assumed: a length that rests on assumed drives alone: printed with one digit, without its
+    interval.
     """
 
     value: float
@@ -51,6 +54,7 @@ class Cell:
     stated: bool = False
     bound: Literal["", "upper", "lower"] = ""
     words: str = ""
+    assumed: bool = False
 
     @property
     def unit(self) -> str:
@@ -72,8 +76,8 @@ class Cell:
         return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._plain_text()
 
     def _plain_text(self) -> str:
-        if self.words:
-            return self.words
+        if self.words or self.assumed:
+            return self.words or _one_digit(self.value)
         unit = "" if self.shown == "1" else self.shown
         if isinstance(self.value, Integral):  # counted, not measured
             return f"{self.value} {unit}".strip()
@@ -113,6 +117,8 @@ class Cell:
     @property
     def between(self) -> str:
         """Return the ends of the interval as text, empty where there is none."""
+        if self.assumed:
+            return ""
         return between(self._as_shown(self.low), self._as_shown(self.high), self._last)
 
     @property
@@ -358,6 +364,10 @@ def length(
 def cell(estimate: Estimate, unit: str, samples: str = "") -> Cell:
     """Return an estimate in this SI unit, shown in the unit in which people read it."""
     return Cell(estimate.value, suited(estimate.value, unit), estimate.low, estimate.high, samples)
+
+
+def _one_digit(value: float) -> str:
+    return f"{'-' if value < 0 else ''}{rounded_length(abs(value))}"
 
 
 def in_one_unit(lengths: Sequence[Cell]) -> list[Cell]:

@@ -11,9 +11,9 @@ import pytest
 
 import lostmotion
 from lostmotion.accuracy.drive_classes import class_figures
-from lostmotion.analyses.accuracy.page.drive_classes import rounded_length
 from lostmotion.catalogue.drive_classes import drive_classes
 from lostmotion.io.drive_classes import class_of_arm, with_class
+from lostmotion.printed import rounded_length
 from lostmotion.propagation.iso9283.cube import cube_from_arguments
 from lostmotion.propagation.iso9283.robots import predict_robots
 from tests.io.conftest import EXAMPLES

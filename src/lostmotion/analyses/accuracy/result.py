@@ -278,7 +278,7 @@ class AnalyticStudy(Figured, Attributed, Result):
         if self.classes:
             return with_classes(sheet, self.classes, self.states)
         within = self.figures["p95"].value
-        return with_presets(sheet, self.arm, within, self.states)
+        return with_presets(sheet, within, self.states)
 
     @property
     def plots(self) -> Sequence[Plot]:

@@ -18,7 +18,6 @@ from lostmotion.analyses.accuracy.page.budget import (
     requested_sections,
 )
 from lostmotion.analyses.accuracy.page.drive_classes import (
-    rounding,
     with_classes,
     with_presets,
 )
@@ -169,13 +168,13 @@ def sheet(answer: Answer) -> Sheet:
         },
         about=about_arm(answer.arm),
         bars=bounded_bars(_bars(answer), known, ("waterfall",)),
-        brief=brief_of(found, answer, known, rounding(answer.arm)),
+        brief=brief_of(found, answer, known),
     )
     within = answer.figures[HEADLINE].value
     whole = checked(whole, sampled.exact, within, answer.arm)
     if answer.classes:
         return with_classes(whole, answer.classes, known)
-    return with_presets(whole, answer.arm, within, known)
+    return with_presets(whole, within, known)
 
 
 def _bars(answer: Answer) -> tuple[Bars, ...]:

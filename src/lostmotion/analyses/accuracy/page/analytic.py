@@ -15,7 +15,6 @@ from lostmotion.analyses.accuracy.page.budget import (
     levels_section,
     requested_sections,
 )
-from lostmotion.analyses.accuracy.page.drive_classes import rounding
 from lostmotion.analyses.accuracy.page.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.page.first_screen import (
     blame_bars,
@@ -218,7 +217,7 @@ def _brief(
                     ),
                 )
             )
-    out += [("Where", where(arm, poses.q, analytic.mean, known, rounding(arm))), *trust(known)]
+    out += [("Where", where(arm, poses.q, analytic.mean, known)), *trust(known)]
     return tuple((word, text) for word, text in out if text)
 
 

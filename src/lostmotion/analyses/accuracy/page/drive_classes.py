@@ -4,22 +4,21 @@ classes or presets: figures of one digit.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.accuracy.drive_classes import ClassFigures
 from lostmotion.error_model.arrival import rp_key, rp_name
-from lostmotion.io.drive_classes import presets_of_arm
+from lostmotion.printed import rounded_length
+from lostmotion.reporting.arm_sheet import bars_as_known
 from lostmotion.reporting.provenance import at_least, missing_sentences, rests_on_sentences
-from lostmotion.reporting.sheet import Cell, Row, Section
+from lostmotion.reporting.sheet import Cell, Row, Section, length
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable, Sequence
 
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.arm import Arm
-    from lostmotion.reporting.sheet import Bars, Sheet
+    from lostmotion.reporting.sheet import Sheet
 
 KEY: Final = "drive_classes"
 # The standard's cycle visits every pose from one side.
@@ -34,25 +33,6 @@ _NOTE: Final = (
     "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side in its "
     "cycle, or from either side at random"
 )
-# Cards of errors, which have more digits than a class supports.
-_SLACK: Final = 0.03
-_SMALLEST_MM: Final = 1e-4
-
-
-def rounded_length(value: float, way: float = 0.0) -> str:
-    """Return a length (m) with one significant digit; `way` -1 rounds down, 1 up, both but for 3 %,
-    0 to the nearest.
-    """
-    if not (math.isfinite(value) and value > 0):
-        return "0 µm" if value == 0 else "?"
-    unit, factor = ("µm", 1e6) if value < _SMALLEST_MM / 10 else ("mm", 1e3)
-    place = math.floor(math.log10(value * factor))
-    number = value * factor / 10.0**place
-    digit = {-1.0: math.floor(number * (1 + _SLACK)), 1.0: math.ceil(number / (1 + _SLACK))}.get(
-        way, round(number)
-    )
-    text = f"{digit * 10.0**place:.12f}"
-    return f"{text.rstrip('0').rstrip('.')} {unit}"
 
 
 def class_section(figures: Sequence[ClassFigures]) -> Section:
@@ -97,7 +77,7 @@ def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -
             [class_sentence(figures), *missing_sentences(known), *rests_on_sentences(known)]
         ),
         cards=tuple(card for card in sheet.cards if not card.key),
-        bars=_bars_of_one_digit(sheet.bars),
+        bars=bars_as_known(sheet.bars, known),
         brief=(
             *class_brief(figures),
             *(each for each in sheet.brief if not each[0].startswith("RP")),
@@ -107,15 +87,15 @@ def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -
     )
 
 
-def with_presets(sheet: Sheet, arm: Arm, within: float, known: States) -> Sheet:
+def with_presets(sheet: Sheet, within: float, known: States) -> Sheet:
     """Return the sheet of a study with a headline and bars of one digit (`within`, m), where every
     drive is a preset.
     """
-    names = presets_of_arm(arm)
+    names = known.presets
     if not names:
         return sheet
     of = f"preset, {names[0]}" if len(names) == 1 else f"presets, {', '.join(names)}"
-    expected = at_least(rounded_length(within), known)
+    expected = at_least(length(within), known)
     sentence = (
         f"Assumed by {of}: expect 95 % of positions within {expected}. It has one digit, because "
         "no drive is stated."
@@ -124,41 +104,7 @@ def with_presets(sheet: Sheet, arm: Arm, within: float, known: States) -> Sheet:
         sheet,
         verdict=" ".join([sentence, *missing_sentences(known), *rests_on_sentences(known)]),
         cards=tuple(card for card in sheet.cards if not card.key),
-        bars=_bars_of_one_digit(sheet.bars),
-    )
-
-
-def rounding(arm: Arm) -> Callable[[Cell], Cell]:
-    """Return what rounds the lengths in a study's statements: to one digit where every drive is a
-    preset, else not at all.
-    """
-    return _one_digit if presets_of_arm(arm) else lambda figure: figure
-
-
-def _one_digit(figure: Cell) -> Cell:
-    """Return a length with one digit and without its interval; another figure as it is."""
-    if figure.unit != "m" or figure.words:
-        return figure
-    sign = "-" if figure.value < 0 else ""
-    words = f"{sign}{rounded_length(abs(figure.value))}"
-    return replace(figure, words=words, low=math.nan, high=math.nan)
-
-
-def _bars_of_one_digit(blocks: Iterable[Bars]) -> tuple[Bars, ...]:
-    """Return blocks of bars whose lengths have one digit."""
-    return tuple(
-        replace(
-            block,
-            bars=tuple(
-                replace(
-                    bar,
-                    figure=_one_digit(bar.figure),
-                    effect=None if bar.effect is None else _one_digit(bar.effect),
-                )
-                for bar in block.bars
-            ),
-        )
-        for block in blocks
+        bars=bars_as_known(sheet.bars, known),
     )
 
 

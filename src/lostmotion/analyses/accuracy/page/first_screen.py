@@ -24,6 +24,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.palette import LEVEL_NAMES
 from lostmotion.reporting.provenance import (
+    as_known,
     at_least,
     headline_names_all,
     missing_kinds,
@@ -33,7 +34,7 @@ from lostmotion.reporting.provenance import (
 from lostmotion.reporting.sheet import Bar, Bars, Cell, in_one_unit, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from lostmotion.accuracy.answer import Answer
     from lostmotion.error_model.budget import Cost
@@ -56,28 +57,24 @@ _NANOMETRE: Final = 1e-9
 
 
 def brief_of(
-    sections: Sequence[Section], answer: Answer, known: States, shown: Callable[[Cell], Cell]
+    sections: Sequence[Section], answer: Answer, known: States
 ) -> tuple[tuple[str, str], ...]:
-    """Return the statements of a study by Monte Carlo, each a word and a sentence or two; `shown`
-    rounds their figures.
-    """
+    """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
     out = [
-        ("RP", repeatability_statement(sections, answer.repeats, answer.arm, known, shown)),
+        ("RP", repeatability_statement(sections, answer.repeats, answer.arm, known)),
         ("Target", _within_target(sections, answer, known)),
     ]
     for k, zone in enumerate(answer.zones, 1):
         row = row_at(sections, f"zone_{k}", HEADLINE)
         out += (
-            [("Zone", zone_sentence(zone.name, shown(row.cells[0]), known))]
+            [("Zone", zone_sentence(zone.name, as_known(row.cells[0], known), known))]
             if row is not None
             else []
         )
     out += [
         (
             "Where",
-            where(
-                answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known, shown
-            ),
+            where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known),
         ),
         ("Drives", drives(answer.arm, answer.worst_torques)),
     ]
@@ -120,16 +117,15 @@ def zone_sentence(name: str, inside: Cell, known: States) -> str:
     return f"In the zone {name} expect 95 % within {at_least(within, known)}."
 
 
-def where(arm: Arm, q: Floats, mean: Floats, known: States, shown: Callable[[Cell], Cell]) -> str:
+def where(arm: Arm, q: Floats, mean: Floats, known: States) -> str:
     """Return the mean error (m) at the best and at the worst of the poses q (pose, joint), rad and
-    m; empty where all are equal. `shown` rounds it.
+    m; empty where all are equal.
     """
     if not np.ptp(mean) > 0:
         return ""
     best, worst = int(mean.argmin()), int(mean.argmax())
     at_best, at_worst = (
-        f"{at_least(shown(length(float(mean[k]))), known)} at {_joints(arm, q[k])}"
-        for k in (best, worst)
+        f"{at_least(length(float(mean[k])), known)} at {_joints(arm, q[k])}" for k in (best, worst)
     )
     in_order = "" if _named(arm) else " (joints in order)"
     return f"Best pose: mean {at_best}; worst: {at_worst}{in_order}."

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.error_model.arrival import arrival, rp_key, rp_name
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.layout import row_at
-from lostmotion.reporting.provenance import repeats_bounded
+from lostmotion.reporting.provenance import as_known, repeats_bounded
 from lostmotion.reporting.sheet import Bar, Bars, Cell, Row, Section, in_words, several
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -100,10 +100,9 @@ def repeatability_statement(
     repeats: Sequence[Repeatability],
     arm: Arm,
     known: States,
-    shown: Callable[[Cell], Cell],
 ) -> str:
     """Return the sentence on RP in the standard's cycle and from any approach, each with its
-    largest causes; empty for a study of one visit. `shown` rounds its figures.
+    largest causes; empty for a study of one visit.
     """
     if not repeats:
         return ""
@@ -116,7 +115,9 @@ def repeatability_statement(
             clauses.append(f"{name}: not predicted, no described error differs between visits")
             continue
         causes = "; ".join(filter(None, (_largest(each), _lacking(_missing(each, arm)))))
-        clauses.append(f"{name} {_bounded(shown(row.cells[0]), each, arm, known)} ({causes})")
+        clauses.append(
+            f"{name} {_bounded(as_known(row.cells[0], known), each, arm, known)} ({causes})"
+        )
     return f"{'; '.join(clauses)}, for 95 % of the robots."
 
 

@@ -5,7 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.compare.page.figures import SMALLEST, figure, is_decided, measure_of
+from lostmotion.analyses.compare.page.figures import (
+    SMALLEST,
+    as_compared,
+    figure,
+    is_decided,
+    measure_of,
+)
 from lostmotion.analyses.compare.page.headline import NAMED, signed
 from lostmotion.comparison.description import ABSENT, WHOLE_JOINT
 from lostmotion.error_model.arrival import rp_key, rp_name
@@ -13,6 +19,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import stated_text
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import (
+    assumed_drives_sentences,
     missing_sentences,
     repeats_bounded,
     upper_limit_sentences,
@@ -25,6 +32,7 @@ if TYPE_CHECKING:
     from lostmotion.comparison.compared_arm import ComparedArm
     from lostmotion.comparison.comparison import Comparison
     from lostmotion.comparison.description import Difference
+    from lostmotion.error_model.intervals import Estimate
 
 
 def brief(comparison: Comparison) -> tuple[tuple[str, str], ...]:
@@ -99,21 +107,25 @@ def _changed(comparison: Comparison, key: str, what: str, *, repeats: bool = Fal
     measure = measure_of(comparison, key)
     if measure is None or not any(measure.value(each).value for each in comparison.arms):
         return ""
-    first = figure(measure.value(comparison.arms[0]), measure.unit)
+
+    def shown_as(size: Estimate) -> Cell:
+        return as_compared(comparison, figure(size, measure.unit))
+
+    first = shown_as(measure.value(comparison.arms[0]))
     texts = [
         repeats_bounded(first.alone, comparison.arms[0].known) if repeats else str(first.alone)
     ]
     for change in comparison.changes:
         size = change.figures[key]
-        value = figure(measure.value(change.arm), measure.unit)
+        value = shown_as(measure.value(change.arm))
         shown = repeats_bounded(value.alone, change.arm.known) if repeats else str(value.alone)
-        made = figure(size, measure.unit)
+        made = shown_as(size)
         seen = (
             "equal"
             if not size.value and size.low == size.high
             else "change below 0.001 µm"
             if measure.unit == "m" and max(abs(size.low), abs(size.high)) < SMALLEST
-            else f"{signed(made)}, {made.interval}"
+            else f"{signed(made)}{f', {made.interval}' if made.interval else ''}"
             if is_decided(size)
             else "no difference seen"
         )
@@ -193,7 +205,13 @@ def _trust(arms: Sequence[ComparedArm]) -> str:
     """
     texts: dict[str, list[str]] = {}
     for each in arms:
-        text = " ".join([*missing_sentences(each.known), *upper_limit_sentences(each.known)])
+        text = " ".join(
+            [
+                *assumed_drives_sentences(each.known),
+                *missing_sentences(each.known),
+                *upper_limit_sentences(each.known),
+            ]
+        )
         if text:
             texts.setdefault(text, []).append(each.label)
     return " ".join(

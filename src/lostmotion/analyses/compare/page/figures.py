@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.comparison.description import ABSENT
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits, factor_of, unit_of_length
-from lostmotion.reporting.arm_sheet import sign_of
+from lostmotion.reporting.arm_sheet import bars_as_known, sign_of
 from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.provenance import as_known
 from lostmotion.reporting.sheet import (
     Bar,
     Bars,
@@ -44,6 +45,13 @@ def figure(estimate: Estimate, unit: str, samples: str = "") -> Cell:
     if unit == "price":
         return Cell(estimate.value, "1", samples=samples, stated=True)
     return cell(estimate, unit, samples)
+
+
+def as_compared(comparison: Comparison, shown: Cell) -> Cell:
+    """Return a length with one digit where every drive of one of the arms is assumed."""
+    for each in comparison.arms:
+        shown = as_known(shown, each.known)
+    return shown
 
 
 def is_decided(change: Estimate) -> bool:
@@ -111,7 +119,7 @@ _LEAST: Final = 0.005
 
 def bars(comparison: Comparison) -> tuple[Bars, ...]:
     """Return the blocks of bars."""
-    return (
+    blocks = (
         *_of_arms(comparison),
         *(
             block
@@ -119,6 +127,9 @@ def bars(comparison: Comparison) -> tuple[Bars, ...]:
             for block in _of_parts(comparison, change, k)
         ),
     )
+    for each in comparison.arms:
+        blocks = bars_as_known(blocks, each.known)
+    return blocks
 
 
 def _of_arms(comparison: Comparison) -> list[Bars]:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.compare.page.figures import figure, is_decided, measure_of, with_interval
+from lostmotion.analyses.compare.page.figures import (
+    as_compared,
+    figure,
+    is_decided,
+    measure_of,
+    with_interval,
+)
 from lostmotion.error_model.differences import ZERO
 from lostmotion.error_model.few_poses import weights_of
 from lostmotion.mechanism.placed_terms import short_name
@@ -58,7 +64,7 @@ def verdict(comparison: Comparison) -> str:
         for text in (
             _answer(comparison, change),
             _apart(comparison),
-            _due_to(change),
+            _due_to(comparison, change),
             _heavier(change),
             _rests(comparison),
         )
@@ -104,7 +110,8 @@ def _answer(comparison: Comparison, change: Change) -> str:
             f"{after} and {before}; {seen}."
         )
     better = size.value < 0
-    apart = length(abs(size.value), *((-size.high, -size.low) if better else (size.low, size.high)))
+    ends = (-size.high, -size.low) if better else (size.low, size.high)
+    apart = as_compared(comparison, length(abs(size.value), *ends))
     word = "more" if better else "less"
     return (
         f"{other.label} is {with_interval(apart)} {word} accurate than {first.label}: 95 % of "
@@ -143,7 +150,7 @@ def _apart(comparison: Comparison) -> str:
     )
 
 
-def _due_to(change: Change) -> str:
+def _due_to(comparison: Comparison, change: Change) -> str:
     """Return the sentence on the part that made most of the change; empty where none did, or where
     no change was seen.
     """
@@ -154,7 +161,9 @@ def _due_to(change: Change) -> str:
     share = part.share.value / whole.value
     if share < _MOST_OF_IT:
         return ""
-    alone, together = (signed(length(size.value)) for size in (part.share, whole))
+    alone, together = (
+        signed(as_compared(comparison, length(size.value))) for size in (part.share, whole)
+    )
     return (
         f"{short_name(part.part)} changes the r.m.s. error by {alone}, all parts together by "
         f"{together}."
@@ -197,14 +206,11 @@ def _of_many(comparison: Comparison) -> str:
     texts = []
     for change in comparison.changes:
         size = change.figures["p95"]
+        shown = as_compared(comparison, figure(size, "m"))
         seen = (
-            "equal"
-            if change.same
-            else signed(figure(size, "m"))
-            if is_decided(size)
-            else "no difference seen"
+            "equal" if change.same else signed(shown) if is_decided(size) else "no difference seen"
         )
-        interval = figure(size, "m").interval
+        interval = shown.interval
         texts.append(
             f"{change.arm.label} {seen}{f' ({interval})' if interval and not change.same else ''}"
         )

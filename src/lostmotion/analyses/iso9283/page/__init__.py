@@ -25,7 +25,7 @@ from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.reporting.arm_sheet import bounded_cards, with_arm
 from lostmotion.reporting.first_order import checked, failure
-from lostmotion.reporting.provenance import at_least, caveats, repeats_bounded
+from lostmotion.reporting.provenance import as_known, at_least, caveats, repeats_bounded
 from lostmotion.reporting.sheet import Card, Cell, Sheet, several
 from lostmotion.standards.comparison import over_robots
 
@@ -157,9 +157,11 @@ def _predicted_verdict(found: PredictedRobots, known: States, either_known: Stat
     either side comes first, since zero is no prediction.
     """
     sheet = found.loads[0]
-    one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.random_approach)
+    one, either = (
+        _worst_scatter(values, known) for values in (sheet.repeatability, sheet.random_approach)
+    )
     accurate, fitted = (
-        estimate_figure(over_robots(values.max(axis=0)).high)
+        as_known(estimate_figure(over_robots(values.max(axis=0)).high), known)
         for values in (sheet.accuracy, sheet.fitted)
     )
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
@@ -222,7 +224,7 @@ def _predicted_cards(
     one, either = (
         Card(
             f"RP_l, {arriving}",
-            str(_worst_scatter(values)),
+            str(_worst_scatter(values, known)),
             f"95 % of arms, {pose}",
             limited_as="repeatability",
         )
@@ -235,7 +237,7 @@ def _predicted_cards(
     if _describes_little_scatter(found):
         repeats = (replace(repeats[0], number=_at_least(repeats[0].number)), repeats[1])
     accurate, fitted = (
-        str(estimate_figure(over_robots(values.max(axis=0)).high))
+        str(as_known(estimate_figure(over_robots(values.max(axis=0)).high), known))
         for values in (sheet.accuracy, sheet.fitted)
     )
     accuracy = bounded_cards(
@@ -265,9 +267,9 @@ def _at_least(number: str) -> str:
     return f"≥ {bare}" if bare[:1].isdigit() else number
 
 
-def _worst_scatter(values: Floats) -> Cell:
+def _worst_scatter(values: Floats, known: States) -> Cell:
     """Return the 95th percentile over robots of the worst pose, of values (pose, robot) in m."""
-    return scatter_figure(over_robots(values.max(axis=0)).high)
+    return as_known(scatter_figure(over_robots(values.max(axis=0)).high), known)
 
 
 def _interval(figure: Cell) -> str:

@@ -11,11 +11,7 @@ from lostmotion.analyses.sizing.page.plots import selection_plots as plots
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import (
-    at_least,
-    by_what_is_described,
-    caveats,
-)
+from lostmotion.reporting.provenance import as_known, at_least, by_what_is_described, caveats
 from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, cell, length, several, table
 from lostmotion.sizing.error_cache import approach_for
 
@@ -76,7 +72,7 @@ def sheet(result: Selection) -> Sheet:
         Sheet(
             subject="parts selected for a target on the tool",
             verdict=" ".join([_verdict(result, known), *caveats(known)]),
-            cards=tuple(_cards(result)),
+            cards=tuple(_cards(result, known)),
             sections=tuple(section for section in sections if section.rows),
             counts=f"search at {result.search_poses} poses; full study: {counted}",
             notes=(*_remarks(result), *result.notes),
@@ -107,7 +103,8 @@ def candidate_name(each: SelectedPart, candidate: PartCandidate) -> str:
 
 def _verdict(result: Selection, known: States) -> str:
     target, error = length(result.target, stated=True), at_least(cell(result.error, "m"), known)
-    within = f"95 % interval {cell(result.error, 'm').between}"
+    between = as_known(cell(result.error, "m"), known).between
+    within = f" (95 % interval {between})" if between else ""
     if not result.is_feasible:
         return (
             "No selection meets the constraints: a reducer is rated below its holding torque, "
@@ -116,11 +113,11 @@ def _verdict(result: Selection, known: States) -> str:
     if not result.meets_target:
         text = (
             f"No selection meets the target of {target}; the most accurate has a {result.quantity} "
-            f"of {error} ({within})."
+            f"of {error}{within}."
         )
         gain = max(result.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
         if gain is not None:
-            less = cell(gain[1], "m")
+            less = as_known(cell(gain[1], "m"), known)
             text += (
                 f" Largest effect: {gain[0]}; halving its errors reduces the 95 % error by {less}."
             )
@@ -128,7 +125,7 @@ def _verdict(result: Selection, known: States) -> str:
     before = at_least(cell(result.error_before, "m"), known)
     met = f"within the target of {target}{by_what_is_described(known)}"
     text = (
-        f"The {result.quantity} is {error} ({within}), {met}; as stated it is {before}. The mass "
+        f"The {result.quantity} is {error}{within}, {met}; as stated it is {before}. The mass "
         f"of the selected parts is {_kg(result.mass)}, as stated {_kg(result.mass_before)}"
     )
     if result.objective.has_price:
@@ -146,19 +143,20 @@ def _better(result: Selection) -> str:
     return "cheaper" if result.objective.per_price else "lighter"
 
 
-def _cards(result: Selection) -> list[Card]:
+def _cards(result: Selection, known: States) -> list[Card]:
     met = "" if result.meets_target else ", not met"
     target = f"target {length(result.target, stated=True)}{met}"
+    error, before = (as_known(cell(e, "m"), known) for e in (result.error, result.error_before))
     of_error = result.study_size.of == "error"
     limited: Literal["error", "repeatability"] = "error" if of_error else "repeatability"
     cards = [
-        Card(result.quantity, str(cell(result.error, "m")), target, "", limited),
-        Card("as stated", str(cell(result.error_before, "m")), result.quantity, "", limited),
+        Card(result.quantity, str(error), target, "", limited),
+        Card("as stated", str(before), result.quantity, "", limited),
         Card("selected parts", str(_kg(result.mass)), f"as stated {_kg(result.mass_before)}"),
     ]
     if result.objective.has_price:
-        known = math.isfinite(result.price_before)
-        stated = f"as stated {_price(result.price_before)}" if known else "as stated: not known"
+        priced = math.isfinite(result.price_before)
+        stated = f"as stated {_price(result.price_before)}" if priced else "as stated: not known"
         cards.append(Card("price", str(_price(result.price)), stated))
     return cards
 

@@ -16,7 +16,7 @@ from lostmotion.printed import ARCMIN
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import at_least, caveats
+from lostmotion.reporting.provenance import as_known, at_least, caveats
 from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, length, several, table
 from lostmotion.sizing.lightest import PAPER
 
@@ -191,7 +191,7 @@ def _cards(result: Size, known: States) -> list[Card]:
         ),
         Card(
             "r.m.s. tool error",
-            str(length(result.rms_error)),
+            str(as_known(length(result.rms_error), known)),
             f"as stated {at_least(length(result.rms_error_before), known)}",
             limited_as="error",
         ),

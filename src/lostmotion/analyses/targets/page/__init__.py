@@ -29,6 +29,7 @@ from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.provenance import (
+    as_known,
     at_least,
     by_what_is_described,
     caveats,
@@ -167,7 +168,7 @@ def _target(result: Target) -> Cell:
 
 
 def _verdict(result: Target, known: States) -> str:
-    figure = cell(result.current, "m")
+    figure = as_known(cell(result.current, "m"), known)
     current = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
     text = (
         f"{100 * result.share:g} % of positions are within {at_least(current, known)}"
@@ -204,7 +205,8 @@ def _verdict(result: Target, known: States) -> str:
         )
     elif not is_met(result):
         rest = min((each.without.value for each in result.allowances), default=result.current.value)
-        text += f" No single item is enough: without it the figure is at least {length(rest)}."
+        least = as_known(length(rest), known)
+        text += f" No single item is enough: without it the figure is at least {least}."
         if shared := ordered(result.shared_allowances):
             last = shared[-1]
             text += (
@@ -228,7 +230,7 @@ def _allowed(each: Allowance) -> Cell:
 
 
 def _cards(result: Target, known: States) -> list[Card]:
-    current = cell(result.current, "m")
+    current = as_known(cell(result.current, "m"), known)
     out = [
         Card("target", str(_target(result)), _quantity(result)),
         Card(

@@ -33,6 +33,7 @@ from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.first_order import with_falls
 from lostmotion.reporting.provenance import (
+    as_known,
     at_least,
     caveats,
     share_within_bounded,
@@ -126,7 +127,7 @@ def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
 
 
 def _verdict(found: WorkspaceMap, known: States) -> str:
-    least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
+    least, middle, most = (_over_shown(found, known, what) for what in (np.min, np.median, np.max))
     text = f"{level_label(found)} of positions ({configuration_label(found)}) are within "
     if str(least) == str(most):
         text += f"{at_least(least, known)} in every cell."
@@ -142,8 +143,9 @@ def _verdict(found: WorkspaceMap, known: States) -> str:
     return " ".join([text, *caveats(known)])
 
 
-def _over_shown(found: WorkspaceMap, what: Callable[[Floats], float]) -> Cell:
-    return figure_over_cells(found, QUANTILE, CONFIGURATIONS.index(found.by), what)
+def _over_shown(found: WorkspaceMap, known: States, what: Callable[[Floats], float]) -> Cell:
+    column = CONFIGURATIONS.index(found.by)
+    return as_known(figure_over_cells(found, QUANTILE, column, what), known)
 
 
 def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
@@ -157,7 +159,7 @@ def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
 
 
 def _cards(found: WorkspaceMap, known: States) -> list[Card]:
-    least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
+    least, middle, most = (_over_shown(found, known, what) for what in (np.min, np.median, np.max))
     out = [
         Card(
             f"{percentile_label(found)}, median cell",
@@ -186,7 +188,7 @@ def _cards(found: WorkspaceMap, known: States) -> list[Card]:
         out.append(
             Card(
                 "best placement",
-                str(length(box.validated_worst)),
+                str(as_known(length(box.validated_worst), known)),
                 f"{placement_label(box)}; worst validation point",
                 limited_as="error",
             )
