@@ -262,3 +262,23 @@ def test_an_impossible_request_is_refused(words: tuple[str, ...], said: str, tmp
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("backlash", "`lostmotion catalog` lists them"),
+        ("play", "`lostmotion catalog` lists them"),
+        ("dynamixel", "Dynamixel XL430, Dynamixel XM430, Dynamixel XM540"),
+        ("stel", "did you mean 'steel'"),
+    ],
+)
+def test_an_unknown_name_has_a_short_answer(word, expected):
+    """The names that contain the word, or the nearest one, or where all are listed; never all of
+    them.
+    """
+    with pytest.raises(InputError) as caught:
+        catalogue_sheet(Criteria(), name=word)
+    text = str(caught.value)
+    assert expected in text
+    assert len(text) < 400

@@ -34,6 +34,8 @@ _UNITS: Final = {
     "lost motion": "arcmin",
     "mass": "kg",
 }
+# Names of an unknown word that a message lists.
+_MOST_NAMES: Final = 6
 TABLES: Final[dict[Literal["clearances", "fits"], str]] = {
     "clearances": "radial clearance by bore",
     "fits": "deviation by diameter",
@@ -110,7 +112,15 @@ def whole_entry(
         else []
     )
     near = nearest(name, [*known, *models])
-    expected = "a name of the catalogue: " + ", ".join(known) + (", or a reducer" if models else "")
+    word = name.casefold()
+    having = [each for each in dict.fromkeys([*known, *models]) if word and word in each.casefold()]
+    of_kind = "" if kind is None else f" --kind {kind}"
+    expected = (
+        f"{', '.join(having[:_MOST_NAMES])}{', …' if len(having) > _MOST_NAMES else ''}"
+        if having
+        else f"a name of the catalogue: `lostmotion catalog{of_kind}` lists them, and options "
+        "search by figures"
+    )
     raise InputError(
         [
             Problem(
@@ -118,7 +128,7 @@ def whole_entry(
                 "NAME",
                 shown(name),
                 expected,
-                f'lostmotion catalog "{near or known[0]}"',
+                f'lostmotion catalog "{near or [*having, *known][0]}"',
                 near,
             )
         ]
