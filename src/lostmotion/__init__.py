@@ -23,6 +23,14 @@ from lostmotion.version import __version__ as __version__
 
 __all__ = list(HOMES)
 
+# Former functions of (arm, q), by what replaces them in `state_of(arm, q)`.
+_OF_STATE = {
+    "frames": "frames",
+    "wrenches": "wrenches",
+    "compliance": "compliance",
+    "deflection": "deflection(wrench)",
+}
+
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever stands behind the name
     """Load a public name from its home when it is first asked for."""
@@ -32,7 +40,8 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever stands behind the 
         else _of_extension(name)
     )
     if value is None:
-        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'")
+        now = f": use lostmotion.state_of(arm, q).{_OF_STATE[name]}" if name in _OF_STATE else ""
+        raise AttributeError(f"module 'lostmotion' has no attribute '{name}'{now}")
     globals()[name] = value
     return value
 

@@ -176,3 +176,13 @@ def test_a_place_has_as_many_unit_motions_as_freedoms():
     for place in arm.tree.places:
         assert place.twist.shape == (6, 0 if place.joint is None else 1)
     assert [arm.tree.places[k].joint for k in arm.tree.moved] == list(range(len(arm.driven)))
+
+
+@pytest.mark.parametrize("name", ["frames", "wrenches", "compliance", "deflection"])
+def test_a_former_name_says_what_has_its_place(name):
+    """Functions of (arm, q) that a state replaced: the message names its property or method, which
+    exists.
+    """
+    with pytest.raises(AttributeError, match=rf"use lostmotion\.state_of\(arm, q\)\.{name}\b"):
+        getattr(lostmotion, name)
+    assert hasattr(lostmotion.State, name) or name in lostmotion.State.__dataclass_fields__
