@@ -103,7 +103,7 @@ class Cell:
     @property
     def alone(self) -> Cell:
         """Return the value without its interval."""
-        return Cell(self.value, self.shown, samples=self.samples)
+        return Cell(self.value, self.shown, samples=self.samples, assumed=self.assumed)
 
     @property
     def interval(self) -> str:
