@@ -66,7 +66,7 @@ def test_a_comparison_of_assumed_arms_has_one_digit(arm, tmp_path):
     other.write_text(ARM.replace("50 g", "150 g"), "utf-8")
     sheet = lostmotion.compare(arm, other, poses=64, robots=32, visits=3).sheet
     assert "Every drive is assumed (hobby servo)" in dict(sheet.brief)["Trust"]
-    bars = [str(bar.figure) for block in sheet.bars for bar in block.bars]
+    bars = [f"{bar.figure} {bar.effect}" for block in sheet.bars for bar in block.bars]
     found = re.findall(LENGTH, " ".join([sheet.verdict, dict(sheet.brief)["Sag"], *bars]))
     assert len(found) > 3
     assert [each for each in found if not re.fullmatch(ONE_DIGIT, each)] == []

@@ -157,7 +157,12 @@ def _of_parts(comparison: Comparison, change: Change, index: int) -> list[Bars]:
     own = own if len(own) <= _MOST_BARS + 1 else own[:_MOST_BARS]
     others = [each for each in change.parts if each not in own]
     drawn = [
-        Bar(short_name(each.part), length(each.share.value), each.share.value, _sizes(each))
+        Bar(
+            short_name(each.part),
+            length(each.share.value),
+            each.share.value,
+            _sizes(comparison, each),
+        )
         for each in own
     ]
     rest = sum(each.share.value for each in others)
@@ -178,14 +183,16 @@ def _of_parts(comparison: Comparison, change: Change, index: int) -> list[Bars]:
     ]
 
 
-def _sizes(each: PartChange) -> Cell:
+def _sizes(comparison: Comparison, each: PartChange) -> Cell:
     """Return the r.m.s. error of a part by itself, before and after, in words and in the unit of
     the larger one.
     """
-    if each.before is None or each.after is None:
+    assumed = as_compared(comparison, length(0.0)).assumed
+    if each.before is None or each.after is None or assumed:
         return in_words(
             " → ".join(
-                ABSENT if size is None else str(length(size)) for size in (each.before, each.after)
+                ABSENT if size is None else str(as_compared(comparison, length(size)))
+                for size in (each.before, each.after)
             )
         )
     unit = unit_of_length(max(each.before, each.after))
