@@ -1,5 +1,6 @@
-"""How long do the position of a hexapod and its carry matrices take at many poses, beside a loop of
-SciPy's root over the same closures; and a study of each closed example beside the z-arm's?
+"""How long do the position of a hexapod and its carry matrices take at many poses, beside loops of
+SciPy's root and of Newton's method by Pinocchio over the same closures; and a study of each closed
+example beside the z-arm's?
 
 python benchmarks/closed_chain.py [--poses 10000] [--solved 20]
 """
@@ -7,6 +8,7 @@ python benchmarks/closed_chain.py [--poses 10000] [--solved 20]
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,9 +66,29 @@ def main() -> None:
         f"SciPy's root: {1e3 * seconds / len(few):.1f} ms per pose, {np.count_nonzero(same)} of "
         f"{len(few)} poses in the assembly mode of home"
     )
+    if importlib.util.find_spec("pinocchio") is None:
+        print("Pinocchio: not installed (pip install 'lostmotion[benchmark-pinocchio]')")
+    else:
+        by_pinocchio(arm, q[: 10 * given.solved])
     names = ("five-bar", "delta-printer", "hexapod", "parallelogram-palletiser")
     for file in ("z-arm.toml", *(f"closed-chains/{name}.toml" for name in names)):
         print(f"study of {file}: {min(studied(file) for _ in range(3)):.2f} s")
+
+
+def by_pinocchio(arm: Arm, q: np.ndarray) -> None:
+    """Time Newton's method by Pinocchio from home, with the rates of the passive joints."""
+    from pinocchio_hexapod import Hexapod
+
+    other = Hexapod(arm)
+    tools = state_of(arm, q).frames[-1]
+    start = time.process_time()
+    found = np.array([other.tool(each) for each in q])
+    seconds = time.process_time() - start
+    same = np.abs(found - tools).max(axis=(1, 2)) < 1e-8
+    print(
+        f"Pinocchio, Newton's method in Python: {1e6 * seconds / len(q):.0f} us per pose, "
+        f"{np.count_nonzero(same)} of {len(q)} poses the same"
+    )
 
 
 def carried(arm: Arm, q: np.ndarray) -> None:
