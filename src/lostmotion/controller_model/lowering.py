@@ -151,7 +151,7 @@ def _independent(arm: Arm) -> list[PlacedTerm]:
                 ),
             )
             for k, factor in enumerate(correlations.factor[row].tolist())
-            if factor
+            if abs(factor) > _ROUNDING
         ]
     return out
 
@@ -270,12 +270,12 @@ def _record(
 
 
 def _entries(screws: Screws, *, constant: bool) -> tuple[Entry, ...]:
-    plain = [
-        Entry(size, 0, direction)
-        for size, direction in screws.plain.items()
-        if constant or size != ONE
-    ]
-    return (*plain, *(Entry(size, 1, direction) for size, direction in screws.sided.items()))
+    return tuple(
+        Entry(size, side, direction)
+        for side, screw in enumerate((screws.plain, screws.sided))
+        for size, direction in screw.items()
+        if direction.any() and (side or constant or size != ONE)
+    )
 
 
 def _square(
