@@ -64,7 +64,7 @@ def test_a_webcam_calibrates_a_printed_arm():
     climb, tags = answer.robot.climb, answer.robot.instrument
     assert climb.random.mean < 0.75 * climb.before.mean
     assert climb.kept.fit.noise == pytest.approx(0.2 * tags.distance / 800, rel=0.2)
-    assert 0.92 <= climb.kept.blocked.coverage(answer.robot.inflation) <= 0.98
+    assert 0.92 <= climb.kept.blocked.coverage <= 0.98
     assert answer.sheet.verdict
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -31,11 +32,13 @@ class HeldOut:
     error      (pose,) length of the residual: of the position where one is measured, m
     distances  (pose,) squared length of the residual in deviations of its prediction
     rows       number of rows of a measurement: the expectation of `distances`
+    folds      (pose,) number of the fold in which a pose was held out; None: all at once
     """
 
     error: Floats
     distances: Floats
     rows: int
+    folds: NDArray[np.int64] | None = None
 
     @property
     def mean(self) -> float:
@@ -47,14 +50,28 @@ class HeldOut:
         """Return the standard error of the mean error, m."""
         return float(self.error.std(ddof=1) / math.sqrt(len(self.error)))
 
-    def coverage(self, inflation: float = 1.0) -> float:
-        """Return the share of measurements within their 95 % region, whose covariance is inflated
-        by this factor.
-        """
-        return float(self.within(inflation).mean())
+    @property
+    def coverage(self) -> float:
+        """Return the share of measurements within their 95 % region, as of `covered`."""
+        return float(self.covered.mean())
 
-    def within(self, inflation: float = 1.0) -> NDArray[np.bool_]:
-        """Return which measurements (pose,) are within that region."""
+    @functools.cached_property
+    def covered(self) -> NDArray[np.bool_]:
+        """Return which measurements (pose,) are within their 95 % region, whose covariance is
+        inflated by what the other folds need: 95 % of those that set a factor are within it by
+        construction.
+        """
+        folds = np.zeros(len(self.distances)) if self.folds is None else self.folds
+        out = np.zeros(len(folds), dtype=bool)
+        for fold in np.unique(folds):
+            here = folds == fold
+            out[here] = self.within(self._inflation(self.distances[~here]))[here]
+        return out
+
+    def within(self, inflation: float) -> NDArray[np.bool_]:
+        """Return which measurements (pose,) are within their 95 % region, whose covariance is
+        inflated by this factor.
+        """
         from scipy.stats import chi2
 
         return np.asarray(self.distances <= chi2.ppf(0.95, self.rows) * inflation)
@@ -67,13 +84,18 @@ class HeldOut:
         From few measurements the mean squared distance is used, without what one in a thousand
         exceeds: a few wrong measurements are no property of the arm.
         """
+        return self._inflation(self.distances)
+
+    def _inflation(self, distances: Floats) -> float:
         from scipy.stats import chi2
 
-        if len(self.distances) >= _MANY:
-            found = np.quantile(self.distances, 0.95) / chi2.ppf(0.95, self.rows)
+        if not len(distances):
+            return 1.0
+        if len(distances) >= _MANY:
+            found = np.quantile(distances, 0.95) / chi2.ppf(0.95, self.rows)
         else:
             far = chi2.ppf(0.999, self.rows)
-            found = np.minimum(self.distances, far).mean() / self.rows
+            found = np.minimum(distances, far).mean() / self.rows
         return max(1.0, float(found))
 
 
@@ -129,7 +151,7 @@ def cross_validate(
         found = fit(model.rows(rest), instrument.part(rest), asked)
         held = held_out(model.rows(here), instrument.part(here), found)
         error[here], distances[here], rows = held.error, held.distances, held.rows
-    return HeldOut(error, distances, rows)
+    return HeldOut(error, distances, rows, folds)
 
 
 def held_out(model: RobotModel, instrument: Instrument, found: Estimates) -> HeldOut:

@@ -150,7 +150,7 @@ def test_the_predicted_radius_holds_the_unused_rows(found):
 def test_the_map_of_the_predicted_radius_marks_measured_poses(found):
     """From above and from the side, each measured pose once in each view."""
     (plot,) = [each for each in found.plots if each.key == "map"]
-    held = found.held_out.within(found.robot.inflation)
+    held = found.held_out.covered
     for on in plot.figure.axes:
         inside, beyond = (len(line.get_xdata()) for line in on.get_lines())
         assert (inside, beyond) == (held.sum(), (~held).sum())

@@ -214,10 +214,10 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
         out.append(
             f"{len(visits)} rows: an error out of tolerance is found reliably from {_FEW} on"
         )
-    covered = held.coverage(robot.inflation)
-    if len(visits) >= _COUNTED and not _COVERED[0] <= covered <= _COVERED[1]:
+    if len(visits) >= _COUNTED and not _COVERED[0] <= held.coverage <= _COVERED[1]:
         out.append(
-            f"{100 * covered:.0f} % of the held-out measurements are within their 95 % regions"
+            f"{100 * held.coverage:.0f} % of the held-out measurements are within their 95 % "
+            "regions"
         )
     return out
 

@@ -168,14 +168,14 @@ def _accuracy(found: CalibrationAnswer) -> Section:
         )
         return Row(label, cells, note, key)
 
-    covered = climb.kept.blocked.coverage(found.robot.inflation)
     note = (
-        f"{100 * covered:.0f} % of the measurements in excluded regions are within their 95 % "
-        f"regions; covariances are multiplied by {found.robot.inflation:.3g}"
+        f"{100 * climb.kept.blocked.coverage:.0f} % of the measurements in excluded regions are "
+        "within their 95 % regions, whose covariances the other regions inflate; those of the "
+        f"result are multiplied by {found.robot.inflation:.3g}"
     )
     aside = found.robot.aside
     if aside is not None:
-        share = 100 * aside.coverage(found.robot.inflation)
+        share = 100 * aside.within(found.robot.inflation).mean()
         note += f"; of the {several(len(aside.error), 'row')} kept aside {share:.0f} %"
     return table(
         "accuracy",
@@ -350,7 +350,7 @@ def _predicted(found: CalibrationAnswer) -> Section:
         radius = corrected_radius(robot, ends[0] + share * (ends[1] - ends[0]))
         worst = np.quantile(radius, _QUANTILE)
         rows.append((name, length(float(radius.mean())), length(float(worst))))
-    covered = 100 * robot.climb.kept.blocked.coverage(robot.inflation)
+    covered = 100 * robot.climb.kept.blocked.coverage
     note = "the tool is within it of the corrected command in 95 % of visits, each in the base "
     note += "frame as measured; noise of the instrument is not in it. Of the measurements in "
     note += f"excluded regions {covered:.0f} % are within their 95 % regions"

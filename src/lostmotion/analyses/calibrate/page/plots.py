@@ -111,8 +111,7 @@ def _map(calibration: CalibrationAnswer) -> Figure:
     known = np.concatenate([mean[np.isfinite(mean)] for *_, mean in drawn])
     limits = class_limits(*(float(each) for each in np.quantile(known, _TAILS)))
     made = figure(104)
-    held = robot.climb.kept.blocked
-    inside = held.within(robot.inflation)
+    inside = robot.climb.kept.blocked.covered
     panels = axes(made, "Predicted 95 % radius once calibrated", columns=2)[0]
     for on, (_, measured, names), (x, y, mean) in zip(panels, views, drawn, strict=True):
         cells(on, 1e3 * x, 1e3 * y, class_of(mean, limits))
