@@ -126,6 +126,27 @@ def test_stated_and_estimated_errors_are_listed_apart(tmp_path):
     assert "fit it best" in robot.remarks[0]
 
 
+@pytest.mark.parametrize(
+    ("added", "mean", "state"),
+    [
+        ("[added]", "0.2", "assumed"),
+        ("[added]\nbase_turn = 0.01", "0.2", "assumed"),
+        ("[added]\nbase_shift = 0.01", "0.2", "stated"),
+        ("[added]", '"2 mm"', "stated"),
+    ],
+)
+def test_a_number_of_assumed_deviations_is_assumed(added, mean, state, tmp_path):
+    """Where nobody states the standard deviation of an error, nor its size as a length."""
+    path = tmp_path / "by-hand.toml"
+    estimate = f'[[estimates]]\ndraw = "base frame.shift z"\nmean = {mean}\ndeviation = 0.05\n'
+    path.write_text(f"{added}\n{estimate}")
+    arm = lostmotion.read(FOLDER / "ur5.toml")
+    robot = arm.calibrated(read_calibration(path, arm))
+    (row,) = [row for row in provenance_sections(states(robot))[1].rows if "shift z" in row.label]
+    assert [str(each) for each in row.cells] == ["2 mm ± 0.5 mm", state]
+    assert ("assumed" in row.note) == (state == "assumed")
+
+
 @pytest.mark.parametrize("kind", ["dial", "tag"])
 def test_the_excerpt_of_the_page_is_from_the_stored_file(kind):
     """Line by line, each without the columns that the page omits."""

@@ -115,6 +115,8 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
     except ValidationError as error:
         refuse_all(problems(error, _File, file, Draft(file, {}, {}).key))
     added = () if stated.added is None else added_terms(arm, Deviations(**stated.added.__dict__))
+    usual = _of_usual_size(arm, stated.added)
+    numbers_of = {each.draw for each in stated.estimates if not isinstance(each.mean, str)}
     known: dict[str, list[Law]] = {}
     for name, law in known_streams((*arm.calibrated(None).terms, *added)):
         known.setdefault(name, []).append(law)
@@ -174,6 +176,7 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
             _covariance(stated),
             tuple(of for of in added if of.name in names),
             _source(stated.data),
+            frozenset(usual & numbers_of),
         )
     except InputError as error:
         raise InputError(
@@ -182,6 +185,23 @@ def read_calibration(path: Path, arm: Arm) -> Calibration:
                 for each in error.problems
             ]
         ) from None
+
+
+def _of_usual_size(arm: Arm, added: _Added | None) -> set[str]:
+    """Return the names of the added errors whose standard deviations the file does not state."""
+    if added is None:
+        return set()
+    sizes = added.__dict__
+    doubled = {
+        name: 2 * size
+        for name, size in sizes.items()
+        if name not in added.model_fields_set and name != "orders"
+    }
+    pairs = zip(
+        *(added_terms(arm, Deviations(**{**sizes, **other})) for other in ({}, doubled)),
+        strict=True,
+    )
+    return {of.name for of, wider in pairs if of.term.scale != wider.term.scale}
 
 
 def _source(data: dict[str, str | int] | None) -> str:

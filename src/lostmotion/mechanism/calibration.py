@@ -62,9 +62,9 @@ class StatedEstimate(NamedTuple):
 
     name              of the draw
     value, deviation  signed, in `unit`
-    unit              "rad" or "m"; "1" for standard deviations of the draw, of which one is
-                      assumed where `in_file` is false
+    unit              "rad" or "m"; "1" for standard deviations of the draw
     in_file           whether the arm's file states the error
+    assumed           whether its size is a number of standard deviations that nobody states
     source            what it was estimated from, as in `Calibration`; empty where it is stated
     """
 
@@ -73,6 +73,7 @@ class StatedEstimate(NamedTuple):
     deviation: float
     unit: str
     in_file: bool
+    assumed: bool
     source: str
 
 
@@ -88,6 +89,7 @@ class Calibration:
     source     what the estimates are from, such as "20 measured poses": they are then compared with
                the base and tool frame that fit them best. Empty: they are stated, and base and tool
                count as errors of the robot
+    assumed    names of draws whose estimates are numbers of standard deviations that nobody states
 
     The names of the streams are those of `known_streams`. Raises InputError for arrays of another
     shape, numbers that are not finite, a stream that is named twice, and a covariance that is not
@@ -99,6 +101,7 @@ class Calibration:
     covariance: Floats
     added: tuple[PlacedTerm, ...] = ()
     source: str = ""
+    assumed: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         """Refuse estimates that no robot can have."""
@@ -172,7 +175,12 @@ class Calibration:
             value = size * float(mean), abs(size) * float(deviation)
             out.append(
                 StatedEstimate(
-                    name + _PHASES.get(type(law), ""), *value, unit, in_file, self.source
+                    name + _PHASES.get(type(law), ""),
+                    *value,
+                    unit,
+                    in_file,
+                    name in self.assumed,
+                    self.source,
                 )
             )
         return tuple(out)

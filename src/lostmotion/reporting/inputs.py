@@ -109,7 +109,10 @@ def _estimates(known: States) -> list[Row]:
         else:
             size = f"{stated_text(each.value)} ± {stated_text(each.deviation)} standard deviations"
         note = "" if each.in_file else "an error that the arm file does not state"
-        rows.append(Row(short_name(each.name), (in_words(size), in_words("stated")), note))
+        if each.assumed:
+            note += ": a number of standard deviations of the usual size, which is assumed"
+        state = in_words("assumed" if each.assumed else "stated")
+        rows.append(Row(short_name(each.name), (in_words(size), state), note))
     return rows
 
 
