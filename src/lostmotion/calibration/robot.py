@@ -9,6 +9,7 @@ import numpy as np
 
 from lostmotion.calibration import validation
 from lostmotion.calibration.alignment import to_base
+from lostmotion.calibration.choices import LEAST_GAIN
 from lostmotion.calibration.drift import Drifting, drifting
 from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.instruments import FullPoses, Points
@@ -103,6 +104,7 @@ class Robot:
     inflation    factor on the covariance, by held-out measurements
     alignment    frame of the instrument that was removed; None: the base frame
     sign         -1 where measured differences are commanded less attained
+    decided      whether the measurement decides that sign
     errors       of the robot, largest effect first
     rows         (pose,) rows of the measurement that were used
     aside        measurements that were kept aside, against predictions; None: all were used
@@ -117,6 +119,7 @@ class Robot:
     inflation: float
     alignment: Alignment | None
     sign: int
+    decided: bool
     errors: tuple[EstimatedError, ...]
     rows: NDArray[np.int64]
     aside: HeldOut | None = None
@@ -202,6 +205,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         inflation,
         seen.alignment,
         seen.sign,
+        seen.decided,
         estimated_errors(found.model, found.kept.fit, found.instrument),
         used,
         tested,
@@ -227,6 +231,7 @@ class MeasuredInBase(NamedTuple):
     frames: Floats
     alignment: Alignment | None = None
     sign: int = 1
+    decided: bool = True
 
 
 def measured_in_base(
@@ -237,23 +242,27 @@ def measured_in_base(
     if measured.readings is not None:
         of = tags_of if measured.readings.kind == "tags" else instrument_of
         return MeasuredInBase(of(measured.readings, frames), frames)
-    sign, point = 1, measured.point
+    sign, decided, point = 1, True, measured.point
     if point is None:
         if measured.difference is None:
             raise ValueError("neither points nor differences are measured")
-        sign = _sign(arm, measured.q, frames, measured.difference, noise)
+        sign, decided = _sign(arm, measured.q, frames, measured.difference, noise)
         point = frames[:, :3, 3] + sign * measured.difference
     point, rotation, alignment = to_base(frames, point, measured.rotation, sizes)
     if rotation is None:
-        return MeasuredInBase(Points(point), frames, alignment, sign)
+        return MeasuredInBase(Points(point), frames, alignment, sign, decided)
     poses = np.tile(np.eye(4), (len(point), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotation, point
-    return MeasuredInBase(FullPoses(poses), frames, alignment, sign)
+    return MeasuredInBase(FullPoses(poses), frames, alignment, sign, decided)
 
 
-def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float | None) -> int:
+def _sign(
+    arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float | None
+) -> tuple[int, bool]:
     """Return 1 where differences are attained less commanded, -1 where they are the reverse: by the
-    evidence of base and tool frame.
+    evidence of base and tool frame; and whether that decides.
+
+    Small errors of either sign fit equally well: only those of second order differ.
     """
     model = model_of(arm, q, added_terms(arm, Deviations()))
     outer = model.keeping(np.flatnonzero([is_frame(owner) for owner in model.owners]))
@@ -262,7 +271,8 @@ def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float 
         sign: fit(outer, Points(frames[:, :3, 3] + sign * difference), asked).evidence
         for sign in (1, -1)
     }
-    return max(found, key=lambda sign: found[sign])
+    better = max(found, key=lambda sign: found[sign])
+    return better, found[better] - found[-better] > LEAST_GAIN
 
 
 class Calibrations(NamedTuple):

@@ -200,7 +200,10 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
         )
     if visits.difference is not None:
         order = "attained less commanded" if robot.sign > 0 else "commanded less attained"
-        out.append(f"the sign of the differences is not stated: read as {order}, which fits better")
+        why = "which fits better"
+        if not robot.decided:
+            why = "but the reverse fits about as well: state points in place of differences"
+        out.append(f"the sign of the differences is not stated: read as {order}, {why}")
     if robot.alignment is not None:
         out.append(
             "the measurements are in the frame of the instrument, "
