@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 import lostmotion
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.instruments import Points
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.terms import Deviations, added_terms, is_frame, is_seat, stated_scale

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lostmotion.calibration import evidence
-from lostmotion.calibration.choices import STUDENT, Choices
-from lostmotion.calibration.fit import Asked, fit, linearised
+from lostmotion.calibration.choices import STUDENT, Asked, Choices
+from lostmotion.calibration.fit import fit, linearised
 from lostmotion.calibration.instruments import Points
 from lostmotion.calibration.terms import is_frame
 from tests.calibration.ur5_grid import grid_model

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.plan import plan
 from tests.calibration.ur5_grid import grid_model
 

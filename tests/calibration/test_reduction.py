@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import lostmotion
 from lostmotion.calibration.alignment import align
+from lostmotion.calibration.choices import Asked
 from lostmotion.calibration.correction import expected_tool
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.instruments import Points
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.reduction import in_best_frames, reduced

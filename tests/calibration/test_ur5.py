@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.terms import is_frame
 from tests.calibration.ur5_grid import grid_model, mean_error

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.instruments import FullPoses
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.robot import calibrations_of, estimated_errors

@@ -5,6 +5,7 @@ file does not state, and the order of periodic errors.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -15,7 +16,6 @@ from lostmotion.calibration.terms import is_compliance, is_frame, is_harmonic, i
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lostmotion.calibration.fit import Asked
     from lostmotion.calibration.model import RobotModel
     from lostmotion.spatial import Floats
 
@@ -45,6 +45,31 @@ class Release(NamedTuple):
     draw: int
     factor: float
     gain: float
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a fit estimates.
+
+    variances  (unknown,) prior variances of the draws and of the instrument's unknowns, in those of
+               the terms; zero: not estimated
+    noise      standard deviation of the instrument and of what the model lacks, m; None: by
+               evidence
+    harmonics      whether order and amplitude of periodic errors are chosen by evidence
+    release    whether errors out of tolerance are released
+    student    whether the robot's errors have Student-t priors in place of releases
+    robust     whether measurements that are far off are weighted down
+    scale      size of the errors that the arm's file states over usual ones: those that it does not
+               state may be as much smaller or larger, by evidence
+    """
+
+    variances: Floats
+    noise: float | None = None
+    harmonics: bool = False
+    release: bool = True
+    student: bool = False
+    robust: bool = True
+    scale: float = 1.0
 
 
 class Choices:

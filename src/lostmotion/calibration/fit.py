@@ -18,7 +18,7 @@ from lostmotion.calibration import evidence
 from lostmotion.calibration.choices import Choices
 
 if TYPE_CHECKING:
-    from lostmotion.calibration.choices import Release
+    from lostmotion.calibration.choices import Asked, Release
     from lostmotion.calibration.evidence import Posterior
     from lostmotion.calibration.instruments import Instrument
     from lostmotion.calibration.model import RobotModel
@@ -32,31 +32,6 @@ _CHOICES: Final = 3
 _SETTLED: Final = 1e-6
 # Distance of a measurement from its prediction, in deviations, from which it is weighted down.
 _FAR: Final = 4.5
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What a fit estimates.
-
-    variances  (unknown,) prior variances of the draws and of the instrument's unknowns, in those of
-               the terms; zero: not estimated
-    noise      standard deviation of the instrument and of what the model lacks, m; None: by
-               evidence
-    harmonics      whether order and amplitude of periodic errors are chosen by evidence
-    release    whether errors out of tolerance are released
-    student    whether the robot's errors have Student-t priors in place of releases
-    robust     whether measurements that are far off are weighted down
-    scale      size of the errors that the arm's file states over usual ones: those that it does not
-               state may be as much smaller or larger, by evidence
-    """
-
-    variances: Floats
-    noise: float | None = None
-    harmonics: bool = False
-    release: bool = True
-    student: bool = False
-    robust: bool = True
-    scale: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

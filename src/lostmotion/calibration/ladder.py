@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.terms import is_compliance, is_frame, is_harmonic
 from lostmotion.calibration.validation import blocked_folds, cross_validate, random_folds
 from lostmotion.parts.forms import Spring

@@ -9,9 +9,9 @@ import numpy as np
 
 from lostmotion.calibration import validation
 from lostmotion.calibration.alignment import to_base
-from lostmotion.calibration.choices import LEAST_GAIN
+from lostmotion.calibration.choices import LEAST_GAIN, Asked
 from lostmotion.calibration.drift import Drifting, drifting
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.instruments import FullPoses, Points
 from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.model import model_of, with_payload

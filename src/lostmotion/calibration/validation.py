@@ -14,7 +14,8 @@ from lostmotion.calibration.fit import fit, linearised, whitened
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lostmotion.calibration.fit import Asked, Estimates
+    from lostmotion.calibration.choices import Asked
+    from lostmotion.calibration.fit import Estimates
     from lostmotion.calibration.instruments import Instrument
     from lostmotion.calibration.model import RobotModel
     from lostmotion.spatial import Floats

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.calibration.chain import ChainErrors
-from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.fit import fit
 from lostmotion.calibration.ladder import counted
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.plan import plan
