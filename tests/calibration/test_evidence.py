@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lostmotion.calibration import evidence
-from lostmotion.calibration.choices import STUDENT, Asked, Choices
+from lostmotion.calibration.choices import STUDENT, Asked, EvidenceChoices
 from lostmotion.calibration.fit import fit, linearised
 from lostmotion.calibration.instruments import Points
 from lostmotion.calibration.terms import is_frame
@@ -136,7 +136,7 @@ def test_a_student_prior_has_the_most_probable_values_of_its_density():
     residual, columns, _ = linearised(part, seen, np.zeros(len(model.streams)))
     columns, values = columns.reshape(-1, len(model.streams)) / NOISE, residual.ravel() / NOISE
     data = evidence.NormalEquations.of(columns, values, 0.0)
-    choices = Choices(part, asked)
+    choices = EvidenceChoices(part, asked)
     choices.reweigh(data)
     found = evidence.posterior(data, choices.variances).mean
     robot = np.array([not is_frame(owner) for owner in part.owners])

@@ -72,7 +72,7 @@ class Asked:
     scale: float = 1.0
 
 
-class Choices:
+class EvidenceChoices:
     """Noise and prior variances of a fit."""
 
     def __init__(self, model: RobotModel, asked: Asked) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.calibration import evidence
-from lostmotion.calibration.choices import Choices
+from lostmotion.calibration.choices import EvidenceChoices
 
 if TYPE_CHECKING:
     from lostmotion.calibration.choices import Asked, Release
@@ -103,7 +103,7 @@ class _Search:
         self.model, self.instrument, self.asked = model, instrument, asked
         self.mean = np.zeros(len(asked.variances))
         self.weights = np.ones(len(model))
-        self.choices = Choices(model, asked)
+        self.choices = EvidenceChoices(model, asked)
 
     def run(self) -> Estimates:
         surprise, choices = math.nan, self.choices
