@@ -51,8 +51,7 @@ _WORDS: Final = (
         "prior",
         (
             "standard deviation by the tolerance in the arm file, or assumed for an error that it "
-            "does not state; the distribution counts as normal, or of the robot's errors with "
-            "`--prior student-t` as Student's t with two degrees of freedom."
+            "does not state: normal, or Student's t with `--prior student-t`."
         ),
     ),
     (
