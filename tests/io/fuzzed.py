@@ -1,20 +1,24 @@
 """Files of every format, spoiled at random: examples and fragments of the tests with numbers,
 units, words and lines changed, lost or mixed.
 
-Run by itself, `python -m tests.io.fuzzed COUNT SEED`, it counts the outcomes and names the slowest
-files; stopped, it does so for those done. Of every tenth readable file a small study is made. Finds
-are: any exception but the project's own, a warning, a control character in a message, a figure that
-is no number, a file left behind, more than 20 s. `tests.io.fuzzed_by_coverage` spoils by what code
-a file reaches.
+Run by itself, `python -m tests.io.fuzzed COUNT SEED [--studied SHARE] [--first NUMBER]`, it counts
+the outcomes and names the slowest files; stopped, it does so for those done. Of every tenth
+readable file that describes something to study, or of another share (with 0.8 a tenth of ALL files
+is studied), a small study is made. A file depends on seed and number alone, not on the share, so
+that a long run can be divided: `--first 5000` begins with number 5000. Finds are: any exception but
+the project's own, a warning, a control character in a message, a figure that is no number, a file
+left behind, more than 20 s. `tests.io.fuzzed_by_coverage` spoils by what code a file reaches.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import random
 import re
 import signal
 import sys
+import tempfile
 import time
 import traceback
 import warnings
@@ -127,7 +131,7 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 UNIT = re.compile(r"(?<=\d )[A-Za-zµ°%/]+(?: [a-z/]+)?")
 LONGEST = 20.0  # s of the processor, that any file may take to be read
 LONGEST_STUDY = 120.0  # with its study: three gearboxes from their drawings take half a minute
-# Share of the readable files of which a small study is made.
+# Share of the readable files of which a small study is made, unless another is asked for.
 STUDIED = 0.1
 QUOTED = re.compile(r'"[^"\n]*"')
 
@@ -252,9 +256,9 @@ def _rounds(kinds: tuple[Format, ...]) -> list[Format]:
     return [kind for k in range(longest) for kind in kinds if k % kind.every == 0]
 
 
-def outcomes(folder: Path, first: int, last: int, seed: int = 1):
-    """Spoil files number `first` to `last`, each by itself reproducible, read each, and return what
-    became of it.
+def outcomes(folder: Path, first: int, last: int, seed: int = 1, share: float = STUDIED):
+    """Spoil files number `first` to `last`, each by itself reproducible, read each, study this
+    share of those that describe something to study, and return what became of each.
     """
     kinds = formats(folder)
     rounds = _rounds(kinds)
@@ -263,7 +267,7 @@ def outcomes(folder: Path, first: int, last: int, seed: int = 1):
     for number in range(first, last):
         chance = random.Random(f"{seed}.{number}")  # noqa: S311 - no secrets
         kind = rounds[number % len(rounds)]
-        studied = kind.study is not None and chance.random() < STUDIED
+        studied = kind.study is not None and chance.random() < share
         raw = spoiled(
             chance.choice(kind.seeds), others if chance.random() < 0.2 else kind.seeds, chance
         )
@@ -303,9 +307,13 @@ def _plain(message: str) -> bool:
 
 def main() -> None:
     """Spoil so many files from such a seed, and say what became of them."""
-    import tempfile
-
-    count, seed = int(sys.argv[1]), int(sys.argv[2])
+    asked = argparse.ArgumentParser(prog="python -m tests.io.fuzzed")
+    asked.add_argument("count", type=int)
+    asked.add_argument("seed", type=int)
+    asked.add_argument("--studied", type=float, default=STUDIED, metavar="SHARE")
+    asked.add_argument("--first", type=int, default=0, metavar="NUMBER")
+    given = asked.parse_args()
+    last = given.first + given.count
     counts: Counter[tuple[str, str]] = Counter()
     slowest: list[tuple[float, str, int]] = []
     wrong: Counter[str] = Counter()
@@ -313,7 +321,7 @@ def main() -> None:
     # an exception in the middle of a file would count as a find
     signal.signal(signal.SIGINT, lambda *_: stopped.append(True))
     with tempfile.TemporaryDirectory() as name:
-        for found in outcomes(Path(name), 0, count, seed):
+        for found in outcomes(Path(name), given.first, last, given.seed, given.studied):
             if stopped:
                 break
             kind = found.said.split(":")[0]
