@@ -135,7 +135,7 @@ def _print_main_table(screen: Console, sheet: Sheet) -> None:
             screen, shown if width_of(screen, shown) <= screen.width else _without_intervals(shown)
         )
         if left > 0:
-            print_text(screen, Text(f"{INDENT}and {left} more rows", style="dim"))
+            print_text(screen, Text(f"{INDENT}and {several(left, 'more row')}", style="dim"))
 
 
 def _without_intervals(section: Section) -> Section:

@@ -327,3 +327,5 @@ def test_the_loops_of_a_closed_chain_are_in_the_table_and_in_the_picture():
     assert {"left", "right"} <= set(words)
     assert not {"left-elbow", "pin"} & set(words)
     assert any("hollow: passive joint; ring: closure" in word for word in words)
+    assert checked.sheet.about.startswith("2 driven joints and 3 passive, ")
+    assert (checked.sheet.cards[0].number, checked.sheet.cards[0].quiet) == ("2", "3 passive")

@@ -16,7 +16,7 @@ from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.loops import loops_of
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import has_drive
-from lostmotion.reporting.arm_summary import about_arm
+from lostmotion.reporting.arm_summary import about_arm, passive_joints
 from lostmotion.reporting.provenance import (
     caveats,
     provenance_facts,
@@ -42,7 +42,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
     """Return what is known of an arm, with the largest static load of each drive spread evenly over
     the joint ranges.
     """
-    known = states(arm)
+    known, passive = states(arm), passive_joints(arm)
     q = even_poses(arm)
     state = state_of(arm, q)
     held = np.abs(state.torques).max(axis=0)
@@ -54,7 +54,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
         about=about_arm(arm),
         verdict=_verdict(known, f"{file} --sidecar {sidecar}" if sidecar else file),
         cards=(
-            Card("moving joints", str(len(arm.moving))),
+            Card("driven joints", str(len(arm.driven)), f"{passive} passive" if passive else ""),
             Card("mass", str(Cell(arm.mass, "kg"))),
             Card("reach from the base", str(length(reach)), f"largest of {poses}"),
             Card("assumed values", str(known.assumed_count)),
