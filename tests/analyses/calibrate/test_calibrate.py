@@ -132,6 +132,33 @@ def test_its_geometry_is_written_for_other_programs(found, tmp_path):
         np.testing.assert_allclose(tool @ frames.tool, wanted, atol=1e-9)
 
 
+def test_commands_that_miss_their_pose_are_named(found, tmp_path):
+    """A robot whose fourth axis is tilted cannot reach the nominal pose with a stretched elbow: the
+    notes name the line and the distance; where every pose is reached they are silent.
+    """
+    assert not found.remaining
+    joints, points = twenty()
+    stretched = np.array([[20.0, -60.0, 0.05, -30.0, 70.0, 10.0]])
+    robot = found.robot.arm.calibrated(found.robot.calibrations.as_measured)
+    attained = 1000 * expected_tool(robot, np.radians(stretched))[:, :3, 3]
+    path = written(
+        tmp_path / "visits.csv", np.vstack([joints, stretched]), np.vstack([points, attained])
+    )
+    missing = lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
+    command, left = missing.corrections
+    tool = expected_tool(
+        missing.robot.arm.calibrated(missing.robot.calibrations.as_measured), command
+    )
+    nominal = state_of(missing.robot.arm, missing.visits.q).frames[-1]
+    off = np.linalg.norm(tool[:, :3, 3] - nominal[:, :3, 3], axis=1)
+    assert left == pytest.approx(off)
+    assert off[20] > 1e-3
+    (note,) = missing.remaining
+    assert " miss 1 of 21 poses " in note
+    assert f" line 22 by {1e3 * off[20]:.3g} mm" in note
+    assert note in missing.sheet.notes
+
+
 def test_the_predicted_radius_holds_the_unused_rows(found):
     """Of the other 980 rows of the grid 92 to 98 % are within the 95 % radius that is predicted for
     corrected commands, with the noise of the tracker.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from lostmotion.calibration.chain import ChainErrors
 from lostmotion.calibration.choices import Asked
+from lostmotion.calibration.correction import corrected
 from lostmotion.calibration.fit import fit
 from lostmotion.calibration.ladder import counted
 from lostmotion.calibration.model import model_of
@@ -95,6 +97,31 @@ class CalibrationAnswer:
         weighted down.
         """
         return counted(self.robot.climb.kept.fit.weights)
+
+    @functools.cached_property
+    def corrections(self) -> tuple[Floats, Floats]:
+        """Return the commands (pose, joint), rad and m, by which this robot reaches the nominal
+        poses of the measurements, and the distances (pose,), m, that remain.
+        """
+        measured = self.robot.arm.calibrated(self.robot.calibrations.as_measured)
+        return corrected(measured, self.visits.q)
+
+    @property
+    def remaining(self) -> tuple[str, ...]:
+        """Return a note on measured poses that the corrected commands miss by more than the robot
+        is accurate; none where they reach all.
+        """
+        left, accurate = self.corrections[1], float(self.errors_held_out[1].mean())
+        missed = int((left > accurate).sum())
+        if not missed:
+            return ()
+        most = int(left.argmax())
+        text = (
+            f"the corrected commands in joints.csv miss {missed} of {several(len(left), 'pose')} "
+            f"by more than {length(accurate)}, that of line {self.visits.lines[most]} by "
+            f"{length(float(left[most]))}: near a singular pose no joint moves the tool that way"
+        )
+        return (text,)
 
 
 def calibrated(  # noqa: PLR0913 - as `robot_of`

@@ -87,7 +87,7 @@ class Calibrated(CalibrationAnswer, Result):
         text = calibration_text(
             self.calibration, self.robot.sizes, poses=len(self.visits), digest=self.visits.digest
         )
-        joints = poses_text(self.arm, self.corrected(self.visits.q))
+        joints = poses_text(self.arm, self.corrections[0])
         out = {"robot.toml": text.encode(), "joints.csv": joints.encode()}
         measured = self.robot.arm.calibrated(self.robot.calibrations.as_measured)
         if is_serial(measured):

@@ -110,7 +110,7 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
         ),
         counts=f"{counted}, seed {found.seed}",
         warnings=found.warnings,
-        notes=robot.arm.notes,
+        notes=(*found.remaining, *robot.arm.notes),
         words=_WORDS,
         source=f"{counted}, seed {found.seed}, data {found.visits.digest}. The same files, version "
         "and seed give the same bytes.",
