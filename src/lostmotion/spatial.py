@@ -39,14 +39,13 @@ def skew(vector: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """Return a x b for vectors (..., 3), faster than np.cross on short arrays."""
-    shape = np.broadcast_shapes(a.shape, b.shape)
-    out = np.moveaxis(
-        np.empty((3, *shape[:-1]), dtype=np.result_type(a, b, float)), 0, -1
-    )  # one component after the other in memory, so that steps run along the vectors
-    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return out
+    x = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    # one component after the other in memory, so that steps run along the vectors
+    out = np.empty((3, *x.shape), dtype=np.result_type(x, float))
+    out[0] = x
+    out[1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    out[2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return out.transpose(*range(1, out.ndim), 0)
 
 
 def mapped(matrix: Floats, vectors: Floats) -> Floats:

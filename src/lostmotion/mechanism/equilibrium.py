@@ -42,10 +42,10 @@ _SLOW: Final = 0.3
 # Rounds after which parts within plays keep their sides: a load that a play reverses would else
 # change them for ever.
 _PLAY_ROUNDS: Final = 4
-# Steps from the unloaded to the loaded arm, more where the first fail, and Newton's steps in
-# each.
-_LOAD_STEPS: Final = (1, 8, 64)
-_NEWTON_STEPS: Final = 24
+# Steps of the load from the unloaded to the loaded arm: a smaller one from where one failed, a
+# larger one after one that did not; and Newton's steps in each.
+_LOAD_STEPS: Final = (1, 1 / 8, 1 / 16, 1 / 32, 1 / 64)
+_NEWTON_STEPS: Final = 12
 # Largest step of Newton's method, as a share of the arm's length.
 _LONGEST: Final = 0.5
 
@@ -143,10 +143,8 @@ def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
     slow = found.by_rounds()
     if deflection.freedoms:
         stood = np.setdiff1d(np.arange(frames.shape[1]), slow)
-        fell = stood[found.falling(stood, 1.0) >= 0]
-        left = np.concatenate([slow, fell])
-        for steps in _LOAD_STEPS:
-            left = found.by_newton(left, steps)
+        fell = stood[found.falling(stood, np.ones(len(stood))) >= 0]
+        found.by_newton(np.concatenate([slow, fell]))
     else:
         found.falls_at[slow] = found.weakest(slow)
     stands = found.frames(np.arange(frames.shape[1])).copy()
@@ -206,29 +204,34 @@ class _Settling:
                 break
         return np.sort(np.concatenate([*slow, here]))
 
-    def by_newton(self, rows: NDArray[np.int64], steps: int) -> NDArray[np.int64]:
+    def by_newton(self, rows: NDArray[np.int64]) -> None:
         """Follow the equilibrium of these poses from the unloaded to the loaded arm by Newton's
-        method, and mark those that fall on the way. Return the rows of those.
+        method, and mark those that fall on the way.
         """
         self.twists[:, rows] = 0.0
-        self.falls_at[rows] = -1
-        fallen, here = [], rows
-        for number in range(1, steps + 1):
-            if not len(here):
-                break
-            share = number / steps
-            self.twists[:, here] *= number / max(number - 1, 1)
+        steps, here = np.array(_LOAD_STEPS), rows
+        # of each pose: share of the load at which it stands, its twists there, which step is next
+        stood, size = np.zeros(len(rows)), np.zeros(len(rows), dtype=np.int64)
+        while len(here):
+            kept = self.twists[:, here].copy()
+            share = np.minimum(stood + steps[size], 1.0)
+            self.twists[:, here] *= np.where(stood > 0, share / np.where(stood > 0, stood, 1), 1)[
+                :, None
+            ]
             open_ = self._solve(here, share)
             falls = self.falling(here, share)
             falls[open_] = np.where(falls[open_] < 0, self.weakest(here[open_]), falls[open_])
             self.falls_at[here] = falls
-            fallen.append(here[falls >= 0])
-            here = here[falls < 0]
-        return np.sort(np.concatenate(fallen)) if fallen else rows
+            fails = falls >= 0
+            self.twists[:, here[fails]] = kept[:, fails]
+            stood = np.where(fails, stood, share)
+            size = np.where(fails, size + 1, np.maximum(size - 1, 1))
+            on = (stood < 1) & (size < len(steps))
+            here, stood, size = here[on], stood[on], size[on]
 
-    def _solve(self, rows: NDArray[np.int64], share: float) -> NDArray[np.bool_]:
-        """Solve e = share d(e) at these poses by Newton's method. Return whether it did not
-        converge.
+    def _solve(self, rows: NDArray[np.int64], share: Floats) -> NDArray[np.bool_]:
+        """Solve e = share d(e) at these poses by Newton's method, for a share of the load each.
+        Return whether it did not converge.
         """
         places = [each.place for each in self._deflection.freedoms]
         components = [each.component for each in self._deflection.freedoms]
@@ -236,12 +239,13 @@ class _Settling:
         before = np.full(len(rows), np.inf)
         for number in range(_NEWTON_STEPS):
             on = np.flatnonzero(open_)
-            here = rows[on]
-            rest = share * self._deflected(here, play=number < _PLAY_ROUNDS)
+            here, part = rows[on], share[on]
+            rest = part[:, None] * self._deflected(here, play=number < _PLAY_ROUNDS)
             rest -= self.twists[:, here]
             tangent, _ = self._deflection.tangent(self.frames(here), here)
-            matrix = (1 + _ROUNDING) * np.eye(len(places)) - share * tangent  # never quite singular
+            matrix = (1 + _ROUNDING) * np.eye(len(places)) - part[:, None, None] * tangent
             step = rest.copy()
+            # never quite singular, by the rounding
             step[places, :, components] = np.linalg.solve(
                 matrix, rest[places, :, components].T[..., None]
             )[..., 0].T
@@ -253,15 +257,16 @@ class _Settling:
             self.contraction[here] = np.where(np.isfinite(before[on]), size / before[on], 0.0)
             before[on] = size
             limit = np.maximum(
-                (_PRECISION if share == 1 else _ROUGH) * whole, _ROUNDING * self.chain.length[here]
+                np.where(part == 1, _PRECISION, _ROUGH) * whole,
+                _ROUNDING * self.chain.length[here],
             )
             open_[on] = ~(size <= limit)
             if not open_.any():
                 break
         return open_
 
-    def falling(self, rows: NDArray[np.int64], share: float) -> NDArray[np.int64]:
-        """Return the place that cannot hold at each of these poses under a share of the load; -1
+    def falling(self, rows: NDArray[np.int64], share: Floats) -> NDArray[np.int64]:
+        """Return the place that cannot hold at each of these poses under a share of its load; -1
         where the tangent is positive.
         """
         out = np.full(len(rows), -1)
@@ -270,7 +275,7 @@ class _Settling:
         tangent, compliance = self._deflection.tangent(self.frames(rows), rows)
         broken = ~np.isfinite(tangent).all(axis=(1, 2))
         tangent[broken] = 0.0
-        values, modes = np.linalg.eig(share * tangent)
+        values, modes = np.linalg.eig(share[:, None, None] * tangent)
         worst = values.real.argmax(axis=1)
         pose = np.arange(len(rows))
         falls = values.real[pose, worst] >= 1

@@ -117,16 +117,22 @@ def load_gradient(
     outboard = [tree.outboard(k) for k in range(len(at))]
     out = np.zeros((len(at), poses, 6, len(freedoms)))
 
-    def loads_of(k: int) -> tuple[float, Floats]:
-        """Return the mass that loads place k, and its first moment about the place."""
-        loading = [w for w, each in enumerate(weights) if each.on in outboard[k]]
+    def moments_of(k: int, members: Sequence[int]) -> tuple[float, Floats]:
+        """Return the mass of these weights, and its first moment about place k."""
         first = sum(
-            (weights[w].mass * (points[w] - at[k][:, :3, 3]) for w in loading),
+            (weights[w].mass * (points[w] - at[k][:, :3, 3]) for w in members),
             start=np.zeros((poses, 3)),
         )
-        return sum(weights[w].mass for w in loading), first
+        return sum(weights[w].mass for w in members), first
 
-    loading = [loads_of(k) for k in range(len(at))]
+    # of each place what loads it, and what moves with it
+    loading, moving = (
+        [
+            moments_of(k, [w for w, carrier in enumerate(carriers) if carrier in outboard[k]])
+            for k in range(len(at))
+        ]
+        for carriers in ([each.on for each in weights], [each.at for each in weights])
+    )
     for place, group in itertools.groupby(enumerate(freedoms), lambda each: each[1].place):
         numbers, components = zip(*((j, each.component) for j, each in group), strict=True)
         motion = np.zeros((2, len(numbers), poses, 3))
@@ -139,16 +145,16 @@ def load_gradient(
         # change of the moment of what the freedom moves
         moved = cross(cross(turn, at[-1][:, :3, 3] - origin) + shift, force) + cross(turn, moment)
         moved *= tool in outboard[place]
-        for weight, point in zip(weights, points, strict=True):
-            if weight.at in outboard[place]:
-                moved += cross(cross(turn, point - origin) + shift, weight.mass * gravity[None])
+        mass, first = moving[place]
+        moved += cross(cross(turn, first) + mass * shift, gravity[None])
         for k in (k for k in range(len(at)) if k in outboard[place] or place in outboard[k]):
             if k in outboard[place]:
                 mass, first = loading[k]
                 changes = -cross(first, falls), -mass * falls
             else:
                 changes = moved + cross(at[-1][:, :3, 3] - at[k][:, :3, 3], turned), turned
-            for rows, change in zip((slice(0, 3), slice(3, 6)), changes, strict=True):
-                local = sum(at[k][:, j, :3] * change[..., j, None] for j in range(3))
-                out[k, :, rows, numbers[0] : numbers[-1] + 1] = np.moveaxis(local, 0, 2)
+            change = np.stack(changes)
+            local = sum(at[k][:, j, :3] * change[..., j, None] for j in range(3))
+            own = slice(numbers[0], numbers[-1] + 1)
+            out[k, :, :, own] = local.transpose(2, 0, 3, 1).reshape(poses, 6, len(numbers))
     return out
