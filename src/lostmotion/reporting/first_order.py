@@ -72,18 +72,20 @@ def failure(check: ExactCheck, error: float) -> str:
     )
 
 
-def with_falls(verdict: str, arm: Arm) -> str:
-    """Return the headline, after the sentence on a soft arm that falls at some poses."""
-    first = _falls(arm, droop(arm).falls_at) if arm.soft_freedoms else ""
+def with_falls(verdict: str, arm: Arm, name: str = "The arm") -> str:
+    """Return the headline, after the sentence on a soft arm of this name that falls at some
+    poses.
+    """
+    first = _falls(arm, droop(arm).falls_at, name) if arm.soft_freedoms else ""
     return f"{first} {verdict}".strip()
 
 
-def _falls(arm: Arm, places: NDArray[np.int64]) -> str:
+def _falls(arm: Arm, places: NDArray[np.int64], name: str = "The arm") -> str:
     count = np.count_nonzero(places >= 0)
     if not count:
         return ""
     return (
-        f"The arm falls at {count} of {len(places)} poses spread evenly between its limits, where "
+        f"{name} falls at {count} of {len(places)} poses spread evenly between its limits, where "
         f"the springs at {cannot_hold(arm, places)} cannot hold the load most often: no figure "
         "counts these poses."
     )

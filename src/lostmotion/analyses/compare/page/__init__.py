@@ -33,7 +33,7 @@ from lostmotion.analyses.compare.page.tables import (
 from lostmotion.comparison.description import WHOLE_JOINT
 from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.trust import error_remarks
-from lostmotion.reporting.first_order import checked
+from lostmotion.reporting.first_order import checked, with_falls
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import provenance_facts
 from lostmotion.reporting.sheet import (
@@ -99,10 +99,13 @@ def compare_sheet(comparison: Comparison) -> Sheet:
         f"{poses} x {several(first.sampled.robots, 'robot')} x "
         f"{several(first.sampled.visits, 'visit')}, same draws"
     )
+    headline = verdict(comparison)
+    for each in reversed(comparison.arms):
+        headline = with_falls(headline, each.arm, each.label)
     sheet = Sheet(
         name=" and ".join([", ".join(labels[:-1]), labels[-1]]),
         subject="comparison",
-        verdict=verdict(comparison),
+        verdict=headline,
         cards=(),
         sections=(
             *(changes_section(comparison, group) for group in GROUPS),

@@ -28,6 +28,7 @@ from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.first_order import with_falls
 from lostmotion.reporting.provenance import (
     as_known,
     at_least,
@@ -101,7 +102,7 @@ def sheet(result: Target) -> Sheet:
     return with_arm(
         Sheet(
             subject="allowances of its parts for a target",
-            verdict=_verdict(result, known),
+            verdict=with_falls(_verdict(result, known), result.arm),
             cards=tuple(_cards(result, known)),
             sections=(_whole(result, known), *item_sections(result), *yields),
             counts=counted,
