@@ -44,7 +44,7 @@ _SLOW: Final = 0.3
 _PLAY_ROUNDS: Final = 4
 # Steps of the load from the unloaded to the loaded arm: a smaller one from where one failed, a
 # larger one after one that did not; and Newton's steps in each.
-_LOAD_STEPS: Final = (1, 1 / 8, 1 / 16, 1 / 32, 1 / 64)
+_LOAD_STEPS: Final = (1, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 1 / 128, 1 / 256)
 _NEWTON_STEPS: Final = 12
 # Largest step of Newton's method, as a share of the arm's length.
 _LONGEST: Final = 0.5
