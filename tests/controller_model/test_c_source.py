@@ -33,7 +33,7 @@ VALIDATES = (
             "million random, infinite and missing inputs under"
             " the sanitizers of gcc and clang"
         ),
-        "1e-12; 1e-5; a status, no fault",
+        "1e-12; 1e-5, commands 2e-5; a status, no fault",
     ),
 )
 
@@ -244,7 +244,8 @@ def test_c_stands_and_holds_as_the_state_of_the_arm_does(exported, name, unroll)
 @pytest.mark.parametrize("name", ARMS)
 def test_c_in_single_precision(exported, name, count, unroll):
     """At many poses every result agrees to 1e-5 of its size, or to what a change of the inputs in
-    their sixth digit would do to it; a command near a singular pose to 3e-4.
+    their sixth digit would do to it; a command at a regular pose to 2e-5, and 99.9 % of them to
+    5e-6; near a singular pose to 3e-4.
     """
     folder, model = exported(name, unroll=unroll)
     given = tuple(each.astype(np.float32).astype(float) for each in inputs(model, count))
@@ -277,7 +278,10 @@ def test_c_in_single_precision(exported, name, count, unroll):
         if block in {"status", "flags"}:
             assert (difference[sensitive == 0] == 0).all()
         elif block in {"command", "left"}:
-            assert difference[regular].max() <= 1e-5
+            assert np.quantile(difference[regular], 0.999) <= 5e-6
+            assert (
+                difference[regular].max() <= 2e-5
+            )  # four steps to the equilibrium, three to check
             assert np.quantile(difference, 0.99) <= 1e-5
             assert difference.max() <= 3e-4  # the normal equations square the condition
         elif block == "command status":
