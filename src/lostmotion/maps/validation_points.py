@@ -14,6 +14,7 @@ import numpy as np
 
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.share_intervals import share_interval
+from lostmotion.error_model.sobol import Sobol
 from lostmotion.maps.cell_statistics import (
     CONFIGURATIONS,
     Configuration,
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Number of points, and of sampled poses from which their configurations are solved.
-_POINTS: Final = 2048
+# Two to this power points; sampled poses from which their configurations are solved.
+_POWER: Final = 11
 SAMPLED: Final = 32_768
 # Probability beyond either limit of an interval.
 _TAIL: Final = 0.025
@@ -156,14 +157,12 @@ def _points_label(reached: CellPoses, seed: int) -> tuple[Floats, float]:
     """Return points (point, 3) sampled uniformly over all reachable cells and those that touch
     them, m, and the total size of these cells.
     """
-    from scipy.stats import qmc
-
     grid = reached.grid
     cells = np.argwhere(
         dilated(np.pad(reached.counts > 0, [(0, 0) if still else (1, 1) for still in grid.flat]))
     )
     cells -= np.where(grid.flat, 0, 1)
-    draws = qmc.Sobol(4, scramble=True, rng=np.random.default_rng(seed)).random(_POINTS)
+    draws = Sobol.scrambled(4, np.random.default_rng(seed)).points(_POWER)
     low = cells[(draws[:, 0] * len(cells)).astype(int)]
     return np.asarray(grid.low + grid.edge * (low + np.where(grid.flat, 0.5, draws[:, 1:]))), len(
         cells
