@@ -16,8 +16,8 @@ _SECONDS_BEFORE_BAR: Final = 1.0
 
 
 class _Forgiving:
-    """A stream whose failures are nobody's business: a bar that cannot be drawn, on a full disk,
-    must not cost the results.
+    """A stream whose failures are ignored: a bar that cannot be drawn, on a full disk, must not
+    cost the results.
     """
 
     def __init__(self, stream: TextIO) -> None:

@@ -165,12 +165,12 @@ def carry_out(
     cluster: Cluster | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> int:
-    """Compute every block that is not done yet, and keep it; gives how many there were to compute.
-    Interrupted or killed, it goes on from there.
+    """Compute and store every block that is missing, and return how many there were. After an
+    interruption the same call computes the rest.
 
     On `workers` threads, or on the Dask cluster given.
-    Raises LostmotionError where the store cannot be written, another process is at it, or workers
-    of other versions compute.
+    Raises LostmotionError where the store cannot be written, another process writes to it, or
+    workers of other versions compute.
     """
     check_workers(workers)
     with store.locked():
