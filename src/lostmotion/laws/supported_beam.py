@@ -153,7 +153,8 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> BeamRe
     sandwich = beam.pieces[0].second is not None
     dofs = (_DIRECTIONS + sandwich) * len(at)  # rotations of the second beam come last
     node = {place: k for k, place in enumerate(at.tolist())}
-    of_piece = np.searchsorted([piece.end for piece in beam.pieces], at[:-1], side="right")
+    # by the middle of each element: a place that is an end but for rounding makes none of its own
+    of_piece = np.searchsorted([piece.end for piece in beam.pieces[:-1]], (at[:-1] + at[1:]) / 2)
     bending, shearing = np.array([(piece.bending, piece.shear) for piece in beam.pieces])[
         of_piece
     ].T
