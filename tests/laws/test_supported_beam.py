@@ -205,3 +205,21 @@ def test_impossible_beams_are_refused(beam, why):
     """Gaps, no stiffness, places beyond the ends, and beams that can move freely."""
     with pytest.raises(ValueError, match=why):
         beam()
+
+
+@pytest.mark.parametrize("away", [2.0**-54, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5])
+@pytest.mark.parametrize("beside", ["end", "support", "seat"])
+def test_places_that_differ_by_rounding_are_one(away, beside):
+    """A load so close to the beam's end, a support or a seat moves what one exactly there does, to
+    the distance's own effect, and warns of nothing: without the small element between them.
+    """
+    there = {"end": 0.1, "support": 0.06, "seat": 0.03}[beside]
+    beam = SupportedBeam(
+        (bar(0, 0.06, 0.012), bar(0.06, 0.1, 0.01)),
+        (Support(0.06, 3e8),),
+        (Foundation(0.0, 0.03, 1e10, 1e5),),
+    )
+    near = there - max(away * there, math.ulp(there))
+    found = respond(beam, [at(near), (near - 0.01, near)]).flexibility
+    exact = respond(beam, [at(there), (there - 0.01, there)]).flexibility
+    np.testing.assert_allclose(found, exact, rtol=100 * away + 3e-6)

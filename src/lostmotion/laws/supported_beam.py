@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 # Elements per interval under a seat or a distributed load, and of a sandwich, whose compliance is
 # then accurate to 3e-4.
 _ELEMENTS: Final = 24
+# Share of a beam's length within which two places are one: the element between them would lose more
+# digits to rounding (4e-5 at a share of 1e-8, all of them at 1e-13) than the distance is worth.
+_SAME_PLACE: Final = 1e-6
 _GAUSS: Final = np.polynomial.legendre.leggauss(4)
 # Condition number, with a diagonal of ones, above which a beam counts as free to move.
 _SINGULAR: Final = 1e14
@@ -143,18 +146,18 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> BeamRe
     equal places are a point load.
 
     The contributions follow from the energy in each part, so they are all zero or more on the
-    diagonal. Raises ValueError for a load beyond the ends of the beam, and for a beam that its
-    supports do not hold.
+    diagonal. Places closer than a millionth of the beam's length count as one. Raises ValueError
+    for a load beyond the ends of the beam, and for a beam that its supports do not hold.
     """
     start, end = beam.pieces[0].start, beam.pieces[-1].end
     if not all(start <= low <= high <= end for low, high in loads):
         raise ValueError(f"a load lies beyond the ends of the beam at {start:g} and {end:g} m")
+    beam, loads = _apart(beam, loads)
     at = _nodes(beam, loads)
     sandwich = beam.pieces[0].second is not None
     dofs = (_DIRECTIONS + sandwich) * len(at)  # rotations of the second beam come last
     node = {place: k for k, place in enumerate(at.tolist())}
-    # by the middle of each element: a place that is an end but for rounding makes none of its own
-    of_piece = np.searchsorted([piece.end for piece in beam.pieces[:-1]], (at[:-1] + at[1:]) / 2)
+    of_piece = np.searchsorted([piece.end for piece in beam.pieces], at[1:])
     bending, shearing = np.array([(piece.bending, piece.shear) for piece in beam.pieces])[
         of_piece
     ].T
@@ -243,6 +246,27 @@ def _solved(matrix: Floats, forces: Floats) -> Floats:
     if pivots.min() * _SINGULAR < pivots.max():
         raise ValueError(_NOT_HELD)
     return np.asarray(scale[:, None] * factors.solve(scale[:, None] * forces))
+
+
+def _apart(
+    beam: SupportedBeam, loads: Sequence[tuple[float, float]]
+) -> tuple[SupportedBeam, Sequence[tuple[float, float]]]:
+    """Return beam and loads with places that lie closer together than `_SAME_PLACE` moved to the
+    first of them.
+    """
+    ends = [end for each in beam.pieces for end in (each.start, each.end)]
+    ends += [end for each in beam.foundations for end in (each.start, each.end)]
+    places = np.unique([*ends, *(each.at for each in beam.supports), *itertools.chain(*loads)])
+    first = np.diff(places, prepend=-math.inf) > _SAME_PLACE * (places[-1] - places[0])
+    if first.all():
+        return beam, loads
+    to = dict(zip(places.tolist(), places[first][np.cumsum(first) - 1].tolist(), strict=True))
+    moved = SupportedBeam(
+        tuple(replace(each, start=to[each.start], end=to[each.end]) for each in beam.pieces),
+        tuple(replace(each, at=to[each.at]) for each in beam.supports),
+        tuple(replace(each, start=to[each.start], end=to[each.end]) for each in beam.foundations),
+    )
+    return moved, [(to[low], to[high]) for low, high in loads]
 
 
 def _nodes(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Floats:
