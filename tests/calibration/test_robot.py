@@ -1,4 +1,4 @@
-"""One robot from measured differences, whose sign no file states."""
+"""One robot from measured differences, of which not every file states the sign."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def differences(turn: float):
 def test_a_turned_base_decides_the_sign_of_differences(sign):
     """By 50 mrad, since a rotation by the reverse angle displaces points otherwise."""
     arm, q, beside = differences(0.05)
-    seen = measured_in_base(arm, MeasuredVisits(q, difference=sign * beside), Deviations(), None)
-    assert (seen.sign, seen.decided) == (sign, True)
+    seen = measured_in_base(arm, MeasuredVisits(q, difference=sign * beside), Deviations())
+    assert (seen.sign, seen.favoured) == (sign, sign)
 
 
 def test_small_differences_of_either_sign_fit_as_well():
@@ -47,3 +47,16 @@ def test_small_differences_of_either_sign_fit_as_well():
     visits = CalibrationVisits(q, difference=beside, lines=tuple(range(POSES)))
     found = lostmotion.calibrate(arm, visits, terms="geometry")
     assert any("the reverse fits about as well" in text for text in found.warnings)
+
+
+def test_a_stated_sign_is_used_and_compared_with_the_measurement():
+    """It is not estimated, and a warning states where the reverse fits much better."""
+    arm, q, beside = differences(0.05)
+    for sign in (1, -1):
+        visits = CalibrationVisits(
+            q, difference=sign * beside, lines=tuple(range(POSES)), signed=True
+        )
+        assert measured_in_base(arm, visits, Deviations()).sign == 1
+        found = lostmotion.calibrate(arm, visits, terms="geometry")
+        against = [text for text in found.warnings if "sign" in text]
+        assert against == [] if sign == 1 else "the reverse of the stated sign" in against[0]

@@ -36,6 +36,7 @@ class MeasuredVisits:
     readings    one number of each visit, in place of points and differences
     time        (visit,) by any clock, s; None: not recorded
     payload     (visit,) mass at the tool, kg; None: that of the arm's file
+    signed      whether the differences are known to be attained less commanded
     """
 
     q: Floats
@@ -46,6 +47,7 @@ class MeasuredVisits:
     readings: Readings | None = None
     time: Floats | None = None
     payload: Floats | None = None
+    signed: bool = False
 
     def __len__(self) -> int:
         """Return the number of visits."""

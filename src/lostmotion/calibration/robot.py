@@ -52,6 +52,8 @@ _ORDERS: Final = 32
 _FEWEST_PERIODIC: Final = 12
 # Number of poses over the workspace at which the covariance is compared with its factor.
 _POSES: Final = 256
+# Rise of the log evidence per coordinate, nats, by which a sign of differences is decided.
+_DECISIVE: Final = 0.01
 # Deviation of the wind-up of a joint under the largest torque of the measurement, rad.
 _WIND_UP: Final = 1e-3
 
@@ -103,8 +105,8 @@ class Robot:
     sizes        prior deviations of what the file does not state
     inflation    factor on the covariance, by held-out measurements
     alignment    frame of the instrument that was removed; None: the base frame
-    sign         -1 where measured differences are commanded less attained
-    decided      whether the measurement decides that sign
+    sign         -1 where measured differences are read as commanded less attained
+    favoured     sign that the measurement decides for; 0: either fits about as well
     errors       of the robot, largest effect first
     rows         (pose,) rows of the measurement that were used
     aside        measurements that were kept aside, against predictions; None: all were used
@@ -119,7 +121,7 @@ class Robot:
     inflation: float
     alignment: Alignment | None
     sign: int
-    decided: bool
+    favoured: int
     errors: tuple[EstimatedError, ...]
     rows: NDArray[np.int64]
     aside: HeldOut | None = None
@@ -163,7 +165,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     turn = 0.0 if measured.rotation is None else chosen.base_turn
     soft = _compliance(arm, measured) if terms == "all" else 0.0
     chosen = replace(chosen, orders=orders, tool_turn=turn, compliance=soft)
-    seen = measured_in_base(arm, measured, chosen, noise)
+    seen = measured_in_base(arm, measured, chosen)
     every = model_of(
         arm,
         measured.q,
@@ -205,7 +207,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         inflation,
         seen.alignment,
         seen.sign,
-        seen.decided,
+        seen.favoured,
         estimated_errors(found.model, found.kept.fit, found.instrument),
         used,
         tested,
@@ -231,48 +233,48 @@ class MeasuredInBase(NamedTuple):
     frames: Floats
     alignment: Alignment | None = None
     sign: int = 1
-    decided: bool = True
+    favoured: int = 1
 
 
-def measured_in_base(
-    arm: Arm, measured: MeasuredVisits, sizes: Deviations, noise: float | None
-) -> MeasuredInBase:
+def measured_in_base(arm: Arm, measured: MeasuredVisits, sizes: Deviations) -> MeasuredInBase:
     """Return what was measured, in the base frame. Arguments and errors as for `robot_of`."""
     frames = state_of(arm, measured.q).frames[-1]
     if measured.readings is not None:
         of = tags_of if measured.readings.kind == "tags" else instrument_of
         return MeasuredInBase(of(measured.readings, frames), frames)
-    sign, decided, point = 1, True, measured.point
+    sign, favoured, point = 1, 1, measured.point
     if point is None:
         if measured.difference is None:
             raise ValueError("neither points nor differences are measured")
-        sign, decided = _sign(arm, measured.q, frames, measured.difference, noise)
+        better, favoured = _sign(arm, measured.q, frames, measured.difference)
+        sign = 1 if measured.signed else better
         point = frames[:, :3, 3] + sign * measured.difference
     point, rotation, alignment = to_base(frames, point, measured.rotation, sizes)
     if rotation is None:
-        return MeasuredInBase(Points(point), frames, alignment, sign, decided)
+        return MeasuredInBase(Points(point), frames, alignment, sign, favoured)
     poses = np.tile(np.eye(4), (len(point), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotation, point
-    return MeasuredInBase(FullPoses(poses), frames, alignment, sign, decided)
+    return MeasuredInBase(FullPoses(poses), frames, alignment, sign, favoured)
 
 
-def _sign(
-    arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float | None
-) -> tuple[int, bool]:
-    """Return 1 where differences are attained less commanded, -1 where they are the reverse: by the
-    evidence of base and tool frame; and whether that decides.
+def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats) -> tuple[int, int]:
+    """Return 1 where differences fit better as attained less commanded, -1 as the reverse: by the
+    evidence of base and tool frame; and the same, or 0 where that does not decide.
 
-    Small errors of either sign fit equally well: only those of second order differ.
+    Small errors of either sign fit equally well: only those of second order differ. So the evidence
+    decides where the reverse also leaves about a hundredth more at each coordinate. Its noise is
+    estimated: frames alone leave much more than that of the instrument.
     """
     model = model_of(arm, q, added_terms(arm, Deviations()))
     outer = model.keeping(np.flatnonzero([is_frame(owner) for owner in model.owners]))
-    asked = Asked(np.ones(len(outer.streams)), noise, release=False, robust=False)
+    asked = Asked(np.ones(len(outer.streams)), release=False, robust=False)
     found = {
         sign: fit(outer, Points(frames[:, :3, 3] + sign * difference), asked).evidence
         for sign in (1, -1)
     }
     better = max(found, key=lambda sign: found[sign])
-    return better, found[better] - found[-better] > LEAST_GAIN
+    gain = found[better] - found[-better]
+    return better, better if gain > max(LEAST_GAIN, _DECISIVE * difference.size) else 0
 
 
 class Calibrations(NamedTuple):

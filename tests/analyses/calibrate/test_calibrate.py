@@ -240,6 +240,33 @@ def test_a_wrong_file_is_refused_with_its_row(what, text, tmp_path):
         lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "texts"),
+    [
+        ("J6 [deg]", "J9 [deg]", ("no column for J6", "J9, which is no joint")),
+        ("J3 [deg]", "J_3 [deg]", ("no column for J3", "J_3, which is no joint", "mean 'J3'")),
+        ("J6 [deg],", "J6 [deg],J7 [deg],", ("J7, which is no joint",)),
+    ],
+)
+def test_an_unknown_joint_is_named_with_the_missing_one(old, new, texts, tmp_path):
+    """All at once; and a further joint of another arm, which the file would hold besides."""
+    joints, points = twenty()
+    more = [joints[:, :1]] * new.count("J7")
+    path = written(tmp_path / "v.csv", np.hstack([joints, *more]), points, HEADER.replace(old, new))
+    with pytest.raises(InputError) as refused:
+        read_calibration_visits(path, lostmotion.read(ARM))
+    for text in texts:
+        assert text in str(refused.value)
+    assert len(refused.value.problems) == len([text for text in texts if "mean" not in text])
+
+
+def test_a_share_of_few_rows_is_not_judged(found):
+    """Twenty rows state their coverage, and that nobody compares it with 95 %."""
+    notes = {section.key: section.note for section in found.sheet.sections}
+    assert "not judged from fewer than 40 rows" in notes["accuracy"]
+    assert "fewer than 40 rows" in notes["predicted"]
+
+
 def test_a_plan_refuses_another_arm_too(tmp_path):
     """Poses are not planned by measurements of another arm."""
     path = written(tmp_path / "visits.csv", *spoiled("another arm"))

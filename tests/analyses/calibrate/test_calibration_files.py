@@ -20,6 +20,7 @@ from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.calibration_writer import calibration_text
 from lostmotion.io.kinematics_writer import mdh_text
 from lostmotion.io.measured.calibration_visits import read_calibration_visits
+from lostmotion.io.measured.visit_file import read_measured
 from lostmotion.laws.distributions import Normal
 from lostmotion.spatial import exp
 from tests.analyses.calibrate.test_calibrate import HEADER, twenty, written
@@ -291,3 +292,76 @@ def test_a_payload_is_that_of_the_row_or_of_the_lines_above(tmp_path):
     two = written(tmp_path / "two.csv", joints, rows, f"{HEADER},payload [kg]")
     with pytest.raises(InputError, match="line 5, payload"):
         read_calibration_visits(two, arm)
+
+
+@pytest.mark.parametrize(
+    ("line", "sign"),
+    [
+        ("# sign: attained - commanded", 1),
+        ("# sign = commanded - measured", -1),
+        ("#Sign: target minus actual", -1),
+        ("# sign: measured less nominal", 1),
+    ],
+)
+def test_a_file_states_the_sign_of_its_differences(line, sign, tmp_path):
+    """In these words, with either mark, of points and of dial gauges; both readers obey it."""
+    joints, points = twenty()
+    header = HEADER.replace("x [", "dx [").replace("y [", "dy [").replace("z [", "dz [")
+    path = written(tmp_path / "visits.csv", joints, points, header)
+    path.write_text(f"{line}\n" + path.read_text())
+    read = read_calibration_visits(path, lostmotion.read(ARM))
+    assert read.signed
+    np.testing.assert_allclose(read.difference, sign * points / 1000)
+    gauge = dial_file(
+        tmp_path / "dial.csv", [((k, -80 - k, 90, 10, 5, 0), k, "z") for k in range(6)]
+    )
+    gauge.write_text(f"{line}\n" + gauge.read_text())
+    value = read_calibration_visits(gauge, lostmotion.read(ARM)).readings.value
+    np.testing.assert_allclose(value, sign * np.arange(6) / 1000)
+    cube = tmp_path / "iso.csv"
+    cube.write_text(
+        f"{line}\npose,dx [mm],dy [mm],dz [mm],xc [mm],yc [mm],zc [mm]\n"
+        "P1,1,2,3,500,0,100\nP1,1,2,4,500,0,100\n"
+    )
+    attained = read_measured(cube).attained
+    np.testing.assert_allclose(
+        attained[0], np.array([500, 0, 100]) / 1000 + sign * np.arange(1, 4) / 1000
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "mapping", "text"),
+    [
+        ("# sign: positive", "", "'positive'"),
+        ("# sign: commanded - attaned", "", "did you mean 'commanded - attained'"),
+        ("# sign:", "", "attained - commanded or commanded - attained"),
+        ("# sign: attained - commanded\n# sign: commanded - attained", "", "two different signs"),
+        ("# sign: attained - commanded", "dx = -dx [mm]", "dx negated by the mapping"),
+    ],
+)
+def test_a_sign_that_may_be_read_two_ways_is_refused(line, mapping, text, tmp_path):
+    """An unknown word, two signs, and a sign beside a mapping that negates."""
+    joints, points = twenty()
+    header = HEADER.replace("x [", "dx [").replace("y [", "dy [").replace("z [", "dz [")
+    path = written(tmp_path / "visits.csv", joints, points, header)
+    path.write_text(f"{line}\n" + path.read_text())
+    with pytest.raises(InputError, match=text):
+        read_calibration_visits(path, lostmotion.read(ARM), [mapping] if mapping else [])
+
+
+def test_a_sign_is_about_differences_and_stated_in_all_files(tmp_path):
+    """Points have none, and of two files both state it or neither."""
+    arm, (joints, points) = lostmotion.read(ARM), twenty()
+    path = written(tmp_path / "points.csv", joints, points)
+    path.write_text("# sign: commanded - attained\n" + path.read_text())
+    with pytest.raises(InputError, match="no differences in the file"):
+        read_calibration_visits(path, arm)
+    header = HEADER.replace("x [", "dx [").replace("y [", "dy [").replace("z [", "dz [")
+    one = written(tmp_path / "one.csv", joints[:10], points[:10], header)
+    two = written(tmp_path / "two.csv", joints[10:], points[10:], header)
+    one.write_text("# sign: commanded - attained\n" + one.read_text())
+    with pytest.raises(InputError, match="in all files, or in none"):
+        read_calibration_visits([one, two], arm)
+    two.write_text("# sign: attained - commanded\n" + two.read_text())
+    read = read_calibration_visits([one, two], arm)
+    np.testing.assert_allclose(read.difference, np.vstack([-points[:10], points[10:]]) / 1000)

@@ -45,7 +45,7 @@ _SLAB: Final = 4.0
 _FEW: Final = 8
 _COVERED: Final = (0.92, 0.98)
 # Fewest measurements of which a share is compared with 95 %.
-_COUNTED: Final = 40
+FEWEST_COUNTED: Final = 40
 # Probability below which the measurements conflict with the stated tolerances.
 _CONFLICT: Final = 1e-3
 _LISTED: Final = 6
@@ -226,12 +226,7 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
             f"{several(len(down), 'row')} far from the prediction, weighted down and not counted "
             f"in the accuracy: line {names}{more}"
         )
-    if visits.difference is not None:
-        order = "attained less commanded" if robot.sign > 0 else "commanded less attained"
-        why = "which fits better"
-        if not robot.decided:
-            why = "but the reverse fits about as well: state points in place of differences"
-        out.append(f"the sign of the differences is not stated: read as {order}, {why}")
+    out += _of_sign(robot, visits)
     if robot.alignment is not None:
         out.append(
             "the measurements are in the frame of the instrument, "
@@ -245,12 +240,32 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
         out.append(
             f"{len(visits)} rows: an error out of tolerance is found reliably from {_FEW} on"
         )
-    if len(visits) >= _COUNTED and not _COVERED[0] <= held.coverage <= _COVERED[1]:
+    if len(visits) >= FEWEST_COUNTED and not _COVERED[0] <= held.coverage <= _COVERED[1]:
         out.append(
             f"{100 * held.coverage:.0f} % of the held-out measurements are within their 95 % "
             "regions"
         )
     return out
+
+
+def _of_sign(robot: Robot, visits: CalibrationVisits) -> list[str]:
+    """Return how differences are read where their sign is not stated, or where the measurement
+    contradicts it.
+    """
+    if visits.difference is None:
+        return []
+    if visits.signed:
+        contradicted = (
+            "the reverse of the stated sign of the differences fits much better: check the line "
+            "# sign above the rows"
+        )
+        return [contradicted] if robot.favoured == -robot.sign else []
+    order = "attained less commanded" if robot.sign > 0 else "commanded less attained"
+    why = "which fits better"
+    if not robot.favoured:
+        why = "but the reverse fits about as well: state it above the rows, "
+        why += "# sign: attained - commanded"
+    return [f"the sign of the differences is not stated: read as {order}, {why}"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -322,7 +337,7 @@ def _measured(
     arm: Arm, visits: CalibrationVisits, sizes: Deviations, noise: float, wanted: RobotModel
 ) -> Floats:
     """Return the covariance of the estimates after what was measured, with a wide prior."""
-    instrument = measured_in_base(arm, visits, sizes, noise).instrument
+    instrument = measured_in_base(arm, visits, sizes).instrument
     model = model_of(arm, visits.q, added_terms(arm, sizes))
     wide = np.array([1.0 if is_frame(owner) else _WIDE for owner in model.owners])
     own = len(instrument.unknowns)

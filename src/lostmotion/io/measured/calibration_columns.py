@@ -7,23 +7,27 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import Problem
-from lostmotion.io.limits import listed
+from lostmotion.io.limits import cut, listed, nearest
 from lostmotion.io.measured.calibration_checks import HEADINGS, PARTIAL, PIXELS, POINT
 from lostmotion.io.measured.orientations import QUATERNION, TURNS
-from lostmotion.io.measured.table import Layout
+from lostmotion.io.measured.table import LONGEST, Layout
 from lostmotion.io.text import numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
 
-    from lostmotion.io.measured.table import TextTable
+    from lostmotion.io.measured.table import Header, TextTable
     from lostmotion.mechanism.arm import Arm
 
 DIFFERENCE: Final = ("dx", "dy", "dz")
+# Columns of differences to what was commanded, whose sign a file may state.
+SIGNED: Final = (*DIFFERENCE, "dial", "angle")
 # Joint values beyond 1.05 turns are degrees, coordinates beyond 20 are millimetres.
 _LARGEST_ANGLE: Final = 6.6
 _LARGEST_LENGTH: Final = 20.0
 _UNIT_LENGTH: Final = 0.02
+# Units of joint values, as a heading ends with them.
+_JOINT_UNITS: Final = {"rad": ("[deg]", "[rad]", "[°]"), "m": ("[mm]", "[m]")}
 # Columns that a file may have beside its measurements, each with its unit.
 OPTIONAL: Final = {"time": ("s", "s"), "payload": ("kg", "kg")}
 # Columns that each instrument means; all others of `_MEASURED` are then ignored.
@@ -128,6 +132,31 @@ def _missing(
             expected = f"the columns of --instrument {instrument}"
         out.append(Problem(file, "line 1", found, expected, HEADINGS[instrument or "points"]))
     return out
+
+
+def with_unknown_joints(
+    table: TextTable, columns: Header, layout: Layout, of: Mapping[str, str]
+) -> Header:
+    """Return the columns of a file with a mistake for each unread one that is a joint of another
+    arm: a further number of the same name; and where a joint is missing any with its kind of unit.
+
+    of  name of the column of each joint of the arm
+    """
+    read = {column.index for column in columns.of.values()}
+    series = {name.rstrip("0123456789") for name in of.values() if name[-1:].isdigit()}
+    lacking = [name for name in of.values() if name not in columns.of]
+    out = []
+    for index, (heading, name) in enumerate(zip(table.header, table.names, strict=True)):
+        numbered = name[-1:].isdigit() and name.rstrip("0123456789") in series
+        of_kind = any(
+            heading.rstrip().endswith(_JOINT_UNITS[layout.units[role][0]]) for role in lacking
+        )
+        if index not in read and (numbered or of_kind):
+            found = f"{cut(name, LONGEST)}, which is no joint of the arm"
+            near = nearest(name, lacking)
+            expected = f"its joints: {listed(list(of.values()))}"
+            out.append(Problem(table.file, "line 1", found, expected, nearest=near))
+    return columns._replace(mistakes=[*columns.mistakes, *out])
 
 
 def units_by_size(

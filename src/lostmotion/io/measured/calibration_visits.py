@@ -4,9 +4,10 @@
 
 One row per visit. Joints are named as in the arm's file; joint_1, joint_2, ... are read in order.
 x, y and z are the attained tool point; qw to qz, or rx, ry and rz (rotations about the fixed axes,
-in that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign is
-found by the fit. `A approach` is the sign of the last motion of joint A, time [s] that of the visit
-by any clock, and payload [kg] the mass at the tool.
+in that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign a
+line above the rows states, `# sign: commanded - attained`; else the fit finds it. `A approach` is
+the sign of the last motion of joint A, time [s] that of the visit by any clock, and payload [kg]
+the mass at the tool.
 
 In their place one number: distance [mm] with `to`, the name of its fixed end; dial [mm] with
 `along`, or angle [deg] with `about`, an axis x, y or z of the base; `plane`, the name of a plane
@@ -43,10 +44,13 @@ from lostmotion.io.measured.calibration_checks import (
 from lostmotion.io.measured.calibration_columns import (
     DIFFERENCE,
     OPTIONAL,
+    SIGNED,
     layout_of,
     units_by_size,
+    with_unknown_joints,
 )
 from lostmotion.io.measured.calibration_header import read_header
+from lostmotion.io.measured.difference_sign import stated_sign
 from lostmotion.io.measured.orientations import QUATERNION, TURNS, rotations
 from lostmotion.io.measured.table import (
     MEGABYTES,
@@ -120,6 +124,11 @@ def read_calibration_visits(
     mistakes = differing(
         [(each.file, stated_above(each.noise, each.sizes, each.readings)) for each in found]
     )
+    unsigned = next((each.file for each in found if not each.signed), "")
+    if unsigned and any(each.signed for each in found):
+        example = "# sign: commanded - attained"
+        expected = "a line that states the sign of differences in all files, or in none"
+        mistakes.append(Problem(unsigned, "sign", "nothing", expected, example))
     if mistakes:
         refuse_all(mistakes)
     timed = [each.time is not None for each in found]
@@ -220,7 +229,11 @@ def _read(
     names = [*table.names, *mapped]
     layout, of = layout_of(arm, names, instrument or header.instrument, united | mapped)
     by_size, remarks = units_by_size(table, layout, mapped)
-    words, values = role_values(table, find_columns(table, [*by_size, *mapping], layout), layout)
+    columns = find_columns(table, [*by_size, *mapping], layout)
+    sign, columns = stated_sign(table, with_unknown_joints(table, columns, layout, of), SIGNED)
+    words, values = role_values(table, columns, layout)
+    if sign:
+        values |= {role: sign * values[role] for role in SIGNED if role in values}
     lines = table.lines
     q = np.column_stack([values[role] for role in of.values()])
     mistakes = outside_limits(file, q, lines, arm) + other_units(
@@ -262,6 +275,7 @@ def _read(
         readings,
         values.get("time"),
         payload,
+        signed=bool(sign),
         file=file,
         lines=tuple(lines),
         remarks=(*remarks, *header.remarks),

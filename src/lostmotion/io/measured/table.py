@@ -85,12 +85,13 @@ class Layout:
 
 
 class TextTable(NamedTuple):
-    """Header and rows of a file as text, and the line number of each row."""
+    """Header and rows of a file as text, the line number of each row, and comments with theirs."""
 
     file: str
     header: list[str]
     rows: list[list[str]]
     lines: list[int]
+    comments: tuple[tuple[int, str], ...] = ()
 
     @property
     def names(self) -> list[str]:
@@ -165,7 +166,8 @@ def read_table(path: Path, layout: Layout) -> TextTable:
         refuse(file, at, f"numbers, {shown(top)}", expected, layout.header)
     if len(rows[0]) > _MOST_COLUMNS:
         refuse(file, at, f"{len(rows[0])} columns", f"at most {_MOST_COLUMNS}", layout.header)
-    return TextTable(file, rows[0], rows[1:], [number for number, _ in kept[1:]])
+    comments = tuple((k, line) for k, line in enumerate(text, 1) if line.lstrip().startswith("#"))
+    return TextTable(file, rows[0], rows[1:], [number for number, _ in kept[1:]], comments)
 
 
 def _headings(

@@ -7,13 +7,14 @@ its unit.
     ,     P2-P4, 1,     100,      452.11, ...
 
 x, y, z are attained positions of the tool point in the base frame, xc, yc, zc commanded ones; dx,
-dy, dz may replace the attained ones and are attained less commanded. a, b, c and ac, bc, cc are
-rotations about the fixed x, y, z axes, in that order. `side` names the side from which a pose was
-approached, for vAP; it is empty in the standard's cycle. `load` is a share of the payload; default:
-that of the whole file, else the full payload. Only positions are required. Without `pose`, rows
-with the same commanded position are one pose. A cycle visits a pose once. Lines that begin with #
-are comments. Cells are separated by commas or semicolons; numbers have decimal points throughout,
-or decimal commas throughout. Header with other names are mapped: "xc = x_t [mm]", or "dx = -x_dif
+dy, dz may replace the attained ones and are attained less commanded, or the reverse where a line
+`# sign: commanded - attained` above the rows states so. a, b, c and ac, bc, cc are rotations about
+the fixed x, y, z axes, in that order. `side` names the side from which a pose was approached, for
+vAP; it is empty in the standard's cycle. `load` is a share of the payload; default: that of the
+whole file, else the full payload. Only positions are required. Without `pose`, rows with the same
+commanded position are one pose. A cycle visits a pose once. Other lines that begin with # are
+comments. Cells are separated by commas or semicolons; numbers have decimal points throughout, or
+decimal commas throughout. Header with other names are mapped: "xc = x_t [mm]", or "dx = -x_dif
 [mm]" where the file has commanded less attained.
 
 A row with `path`, the names of the poses that a straight line joins, is a reading along it, in the
@@ -31,6 +32,7 @@ import numpy as np
 
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.io.limits import refuse_all
+from lostmotion.io.measured.difference_sign import stated_sign
 from lostmotion.io.measured.table import (
     MOST_MISTAKES,
     find_columns,
@@ -156,6 +158,7 @@ def _rows_of(
         )
     table, duplicates, unread = without_repeats(table, columns.of)
     used = {column.index for column in columns.of.values()}
+    sign, columns = stated_sign(table, columns, DEVIATION)
     words, values = role_values(table, columns, VISITS)
     lines, count = table.lines, len(table.rows)
     nothing = np.full((count, 3), math.nan)
@@ -169,7 +172,7 @@ def _rows_of(
         cycle=values.get("cycle", np.full(count, math.nan)),
         side=tuple(words.get("side", [""] * count)),
         load=np.round(shares, LOAD_DECIMALS),
-        attained=command + _stacked(values, DEVIATION, nothing)
+        attained=command + (sign or 1) * _stacked(values, DEVIATION, nothing)
         if DEVIATION[0] in values
         else _stacked(values, ATTAINED, nothing),
         command=command,

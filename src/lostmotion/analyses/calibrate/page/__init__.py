@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.calibrate.answer import (
+    FEWEST_COUNTED,
     PARTLY,
     UNRESOLVED,
     corrected_radius,
@@ -172,6 +173,8 @@ def _accuracy(found: CalibrationAnswer) -> Section:
         "within their 95 % regions, whose covariances the other regions inflate; those of the "
         f"result are multiplied by {found.robot.inflation:.3g}"
     )
+    if len(found.visits) < FEWEST_COUNTED:
+        note += f"; coverage is not judged from fewer than {FEWEST_COUNTED} rows"
     aside = found.robot.aside
     if aside is not None:
         share = 100 * aside.within(found.robot.inflation).mean()
@@ -353,6 +356,8 @@ def _predicted(found: CalibrationAnswer) -> Section:
     note = "the tool is within it of the corrected command in 95 % of visits, each in the base "
     note += "frame as measured; noise of the instrument is not in it. Of the measurements in "
     note += f"excluded regions {covered:.0f} % are within their 95 % regions"
+    if len(found.visits) < FEWEST_COUNTED:
+        note += f", a share that fewer than {FEWEST_COUNTED} rows do not compare with 95 %"
     title = "Predicted accuracy with the estimates corrected"
     return table("predicted", title, ("mean 95 % radius", "95th percentile"), rows, note)
 
