@@ -12,9 +12,12 @@ from lostmotion.analyses.calibrate.answer import (
     FEWEST_COUNTED,
     PARTLY,
     UNRESOLVED,
-    corrected_radius,
-    next_poses,
     size,
+)
+from lostmotion.analyses.calibrate.page.remaining import (
+    next_measurements,
+    predicted_accuracy,
+    refusals,
 )
 from lostmotion.calibration.terms import is_frame
 from lostmotion.mechanism.placed_terms import short_name
@@ -30,7 +33,6 @@ if TYPE_CHECKING:
 _SHOWN: Final = 60
 _WORST: Final = 10
 _PERIODIC: Final = 12
-_PREDICTED: Final = 256
 _QUANTILE: Final = 0.95
 _WORDS: Final = (
     (
@@ -65,25 +67,8 @@ _WORDS: Final = (
     ),
     ("log evidence", "logarithm of the probability density of the measurement, nats."),
 )
-# What no measurement of this kind can resolve: what it is, why, and what to measure instead.
 _DRIFTED: Final = (
     "drift: from the first row to the last; all else is of the middle of the measurement"
-)
-_STIFFNESS: Final = (
-    "joint stiffness",
-    "one payload: deflection by the arm's own weight resembles tilts and first harmonics",
-    "the same poses with two payloads, in a column payload [kg]",
-)
-_SIDE: Final = (
-    "play",
-    "the direction of approach is not recorded: play counts as scatter between visits",
-    "both directions, with a column NAME approach",
-)
-_DRIFT: Final = ("drift", "no time is recorded", "the time of each row, in a column time [s]")
-_ORIENTATION: Final = (
-    "orientation of the tool",
-    "a point has none",
-    "three points of the tool, or its full pose",
 )
 
 
@@ -104,9 +89,9 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
             _estimates(found),
             *_periodic(found),
             *_frames(found),
-            _predicted(found),
-            *_refusals(found),
-            _next(found),
+            predicted_accuracy(found),
+            *refusals(found),
+            next_measurements(found),
             _rows(found),
         ),
         counts=f"{counted}, seed {found.seed}",
@@ -339,54 +324,6 @@ def _frames(found: CalibrationAnswer) -> list[Section]:
     note += "compares it with these frames, which count as no error"
     title = "Base and tool frame that fit this robot best"
     return [table("frames", title, ("from the arm file",), rows, note)] if rows else []
-
-
-def _predicted(found: CalibrationAnswer) -> Section:
-    """Return the accuracy that is predicted where the estimates are corrected."""
-    robot = found.robot
-    low, high = found.visits.q.min(axis=0), found.visits.q.max(axis=0)
-    share = np.random.default_rng(found.seed).random((_PREDICTED, len(low)))
-    limits = robot.arm.limits
-    rows = []
-    for name, ends in (("measured joint ranges", (low, high)), ("joint limits", limits.T)):
-        radius = corrected_radius(robot, ends[0] + share * (ends[1] - ends[0]))
-        worst = np.quantile(radius, _QUANTILE)
-        rows.append((name, length(float(radius.mean())), length(float(worst))))
-    covered = 100 * robot.climb.kept.blocked.coverage
-    note = "the tool is within it of the corrected command in 95 % of visits, each in the base "
-    note += "frame as measured; noise of the instrument is not in it. Of the measurements in "
-    note += f"excluded regions {covered:.0f} % are within their 95 % regions"
-    if len(found.visits) < FEWEST_COUNTED:
-        note += f", a share that fewer than {FEWEST_COUNTED} rows do not compare with 95 %"
-    title = "Predicted accuracy with the estimates corrected"
-    return table("predicted", title, ("mean 95 % radius", "95th percentile"), rows, note)
-
-
-def _refusals(found: CalibrationAnswer) -> list[Section]:
-    payload = found.visits.payload
-    kinds = [_STIFFNESS] if payload is None or not np.ptp(payload) else []
-    kinds += [_DRIFT] if found.visits.time is None else []
-    kinds += [] if np.any(found.visits.approach) else [_SIDE]
-    kinds += [_ORIENTATION] if found.visits.rotation is None else []
-    rows = [(what, in_words(instead), why) for what, why, instead in kinds]
-    return [table("refused", "Not estimated", ("measure instead",), rows)] if rows else []
-
-
-def _next(found: CalibrationAnswer) -> Section:
-    """Return the poses that would improve the calibration most."""
-    q, radius = next_poses(found.robot, found.visits.q, found.seed)
-    rows = [
-        (joint_values(found.robot.arm, each), length(float(radius[k])))
-        for k, each in enumerate(q, 1)
-    ]
-    return table(
-        "next",
-        "Poses to measure next",
-        ("95 % radius with so many",),
-        rows,
-        f"now {length(float(radius[0]))}, mean over the measured joint ranges, without the scatter "
-        "between visits",
-    )
 
 
 def _rows(found: CalibrationAnswer) -> Section:
