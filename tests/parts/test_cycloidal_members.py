@@ -640,6 +640,9 @@ def test_the_holes_of_several_cranks():
             "far_seat without seat",
         ),
         ([(("output_pins", "seat"), {**SEAT, "outer_diameter": "5 mm"})], "around a pin of 5 mm"),
+        ([(("output_pins", "span"), "1e16 mm")], r"free length of 1e\+16 mm of pins of 5 mm"),
+        ([(("output_pins", "seat"), {**SEAT, "depth": "1 nm"})], "seat depth of 1e-06 mm"),
+        ([(("output_pins", "far_seat"), {**SEAT, "depth": "2 m"})], "far seat of 2000 mm"),
         ([(("output_pins", "sleeve", "diameter"), "4 mm")], "sleeve of diameter 4 mm"),
         ([(("output_pins", "span"), "10 mm")], "discs that push from 4 to 12 mm"),
         (

@@ -77,7 +77,7 @@ def carry_out(
     in_zones = tuple(room.studied(route) for room in rooms)
     study: Study | AnalyticStudy
     if found.sampled is not None:
-        _refuse_beyond_histogram(arm, found.sampled)
+        refuse_beyond_histogram(arm, found.sampled)
         whole = answer(
             arm,
             found.poses,
@@ -125,7 +125,7 @@ def carry_out(
     return study
 
 
-def _refuse_beyond_histogram(arm: Arm, sampled: Sampled) -> None:
+def refuse_beyond_histogram(arm: Arm, sampled: Sampled) -> None:
     """Raise InputError where the 99th percentile lies beyond the lengths that are counted: some
     value is wrong, and no figure would mean anything.
     """

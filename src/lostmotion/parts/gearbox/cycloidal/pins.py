@@ -28,6 +28,9 @@ _DEPTHS: Final = (2.0, 0.8)
 # The material around such a seat reaches to the next pin, but to this multiple of the diameter at
 # least.
 _LEAST_REACH: Final = 1.5
+# Lengths that a pin and its seats can have, over its diameter: beyond them a unit is wrong, and one
+# part of the beam would be lost in the other's rounding.
+_LENGTHS: Final = (0.001, 100.0)
 # Default material of discs, rings and pins, marked as assumed.
 STEEL = Material(
     young=210e9,
@@ -187,6 +190,19 @@ class OutputPins(Sourced):
                     why,
                     "a load between the seats",
                     f'span = "{2.2e3 * max(high, self.free_length):.3g} mm"',
+                )
+        lengths = {
+            "a free length": self._free,
+            "a seat depth": None if self.seat is None else self.seat.depth,
+            "a depth of the far seat": None if self.far_seat is None else self.far_seat.depth,
+        }
+        low, high = _LENGTHS
+        for name, length in lengths.items():
+            if length is not None and not low * diameter <= length <= high * diameter:
+                raise refuse(
+                    f"{name} of {length * 1e3:g} mm of pins of {diameter * 1e3:g} mm",
+                    f"lengths from {low:g} to {high:g} diameters",
+                    'diameter = "12 mm", free_length = "14 mm"',
                 )
 
     @property
