@@ -223,3 +223,13 @@ def test_places_that_differ_by_rounding_are_one(away, beside):
     found = respond(beam, [at(near), (near - 0.01, near)]).flexibility
     exact = respond(beam, [at(there), (there - 0.01, there)]).flexibility
     np.testing.assert_allclose(found, exact, rtol=100 * away + 3e-6)
+
+
+def test_a_seat_or_piece_without_length_in_figures_is_refused():
+    """Else it would vanish without a word: what is stiff or soft there is not in the sum."""
+    pieces = bar(0, 0.1, 0.012), bar(0.1, 0.1 + 1e-9, 0.001)
+    seat = Foundation(0.05, 0.05 + 1e-9, 1e17)
+    held = Support(0.0, math.inf, math.inf)
+    for beam in (SupportedBeam(pieces, (held,)), SupportedBeam(pieces[:1], (held,), (seat,))):
+        with pytest.raises(ValueError, match="shorter than a millionth of the beam"):
+            respond(beam, [at(0.08)])

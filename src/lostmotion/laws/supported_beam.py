@@ -147,7 +147,8 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> BeamRe
 
     The contributions follow from the energy in each part, so they are all zero or more on the
     diagonal. Places closer than a millionth of the beam's length count as one. Raises ValueError
-    for a load beyond the ends of the beam, and for a beam that its supports do not hold.
+    for a load beyond the ends of the beam, for a piece or foundation shorter than that, and for a
+    beam that its supports do not hold.
     """
     start, end = beam.pieces[0].start, beam.pieces[-1].end
     if not all(start <= low <= high <= end for low, high in loads):
@@ -252,15 +253,20 @@ def _apart(
     beam: SupportedBeam, loads: Sequence[tuple[float, float]]
 ) -> tuple[SupportedBeam, Sequence[tuple[float, float]]]:
     """Return beam and loads with places that lie closer together than `_SAME_PLACE` moved to the
-    first of them.
+    first of them. Raises ValueError for a piece or a foundation as short as that.
     """
-    ends = [end for each in beam.pieces for end in (each.start, each.end)]
-    ends += [end for each in beam.foundations for end in (each.start, each.end)]
+    spans: tuple[BeamPiece | Foundation, ...] = (*beam.pieces, *beam.foundations)
+    ends = [end for each in spans for end in (each.start, each.end)]
     places = np.unique([*ends, *(each.at for each in beam.supports), *itertools.chain(*loads)])
     first = np.diff(places, prepend=-math.inf) > _SAME_PLACE * (places[-1] - places[0])
     if first.all():
         return beam, loads
     to = dict(zip(places.tolist(), places[first][np.cumsum(first) - 1].tolist(), strict=True))
+    lost = [f"{one.start:g} to {one.end:g} m" for one in spans if to[one.start] == to[one.end]]
+    if lost:
+        raise ValueError(
+            f"what reaches from {', '.join(lost)} is shorter than a millionth of the beam"
+        )
     moved = SupportedBeam(
         tuple(replace(each, start=to[each.start], end=to[each.end]) for each in beam.pieces),
         tuple(replace(each, at=to[each.at]) for each in beam.supports),
