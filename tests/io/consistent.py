@@ -6,6 +6,7 @@ approaches): one in `EVERY` files is studied so.
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -55,7 +56,7 @@ def consistent(sampled: Sampled) -> None:
     _in_order("r.m.s. and largest", np.sqrt(square), largest)
     _in_order("largest and worst case", largest, sampled.worst)
     quantiles = per_pose[:, kernel.FIRST_QUANTILE :: 3].T
-    for lower, higher in zip(quantiles[:-1], quantiles[1:], strict=True):
+    for lower, higher in itertools.pairwise(quantiles):
         _in_order("percentiles", lower, higher)
     # Sampled and summed in closed form. The mean square of 32 robots of one normal error varies by
     # a quarter, and all poses see the same robots: a factor 4 is beyond five standard deviations.
