@@ -2,7 +2,8 @@
 
 Every tolerance is a linear map of the errors of all places, followed by a norm: across the axis of
 a cylinder, along the axes of a box, after a frame or a reference line was fitted. So its mean
-square follows without sampling, and samples need one matrix product. Errors are small: rotation
+square follows without sampling, and samples need one matrix product; they turn a fitted frame back
+to second order. Errors are small: rotation
 vector and displacement of the tool point, base axes. Lines, circles and planes are least-squares
 references (ISO 12780-1, 12181-1, 12781-1), whose deviation is never below that of the minimum zone.
 """
@@ -14,6 +15,13 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
+from lostmotion.error_model.datum_frames import (
+    carried_by,
+    datum_motion,
+    fitted_motion,
+    seen_from,
+    size_of,
+)
 from lostmotion.spatial import skew
 
 if TYPE_CHECKING:
@@ -38,8 +46,6 @@ KINDS: Final[tuple[str, ...]] = get_args(Kind)
 FEWEST: Final = {"straightness": 3, "roundness": 4, "flatness": 4}
 # Nominal places may be off their line, circle or plane by this share of their extent.
 _OFF: Final = 1e-6
-# Relative singular value below which places do not determine a motion of their frame.
-_SINGULAR: Final = 1e-9
 # m; features that are nearer are at one place.
 _NOTHING: Final = 1e-9
 
@@ -58,6 +64,17 @@ class Feature:
     kind: str
     places: NDArray[np.int64]
     axis: Floats | None
+
+    @property
+    def fixed_ways(self) -> Floats:
+        """Return the directions (n, 3) that a datum feature fixes: the normal of a plane, across a
+        line, and all of other features.
+        """
+        if self.kind == "plane" and self.axis is not None:
+            return np.asarray(self.axis[None])
+        if self.kind == "line" and self.axis is not None:
+            return np.asarray(np.linalg.svd(self.axis[None])[2][1:])
+        return np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -124,7 +141,7 @@ class ToleranceCheck:
     weights  (p,) of a difference of means over the places; None where each place counts by itself
     shapes   (p, parameter) orthonormal shapes of the reference that is fitted; None without one
     motion   (6, place, 6) motion of the fitted or datum frame per error; None: the base
-    rigid    (p, 6, 6) error of a place that moves with that frame
+    about    (place, 3) points from their middle, about which that frame moves, m
     norm     "largest" component, "length" of all, "spread" between places, or "distance"
     span     (3,) nominal distance vector, as a share of the limit
     """
@@ -135,7 +152,7 @@ class ToleranceCheck:
     weights: Floats | None
     shapes: Floats | None
     motion: Floats | None
-    rigid: Floats
+    about: Floats
     norm: Literal["largest", "length", "spread", "distance"]
     span: Floats
 
@@ -143,6 +160,11 @@ class ToleranceCheck:
     def outputs(self) -> NDArray[np.int64]:
         """Return the place of each output (o,); of a distance, the first of its places."""
         return self.places[:1] if self.norm == "distance" else self.places
+
+    @property
+    def rigid(self) -> Floats:
+        """Return the errors (p, 6, 6) of places that move with the frame."""
+        return carried_by(self.about[self.places])
 
     def components(self, errors: Floats) -> Floats:
         """Return the components (o, c, sample), as shares of the limit."""
@@ -160,6 +182,8 @@ class ToleranceCheck:
         """Return the share of the tolerance that is used: (sample,) as a whole, and (o, sample) by
         place. The tolerance holds where it is at most one.
         """
+        if self.motion is not None:
+            errors = seen_from(self.motion, self.about, errors)
         found = self.components(errors)
         if self.norm == "distance":
             span = self.span[:, None]
@@ -236,14 +260,12 @@ def measure(
     else:
         rows, shapes = _form(stated, places.points[at])
         norm = "length" if stated.kind == "straightness" else "spread"
-    motion = None if stated.datum == "base" else _motion(stated, features, places)
-    about = places.points.mean(axis=0)
-    rigid = np.zeros((len(at), 6, 6))
-    rigid[:] = np.eye(6)
-    rigid[:, 3:, :3] = -skew(places.points[at] - about)
-    found = ToleranceCheck(stated, at, rows, weights, shapes, motion, rigid, norm, span)  # type: ignore[arg-type]
+    about = places.points - places.points.mean(axis=0)
+    motion = None if stated.datum == "base" else _motion(stated, features, about)
+    found = ToleranceCheck(stated, at, rows, weights, shapes, motion, about, norm, span)  # type: ignore[arg-type]
+    _refuse_own_datum(found)
     if isinstance(stated.datum, tuple):
-        _refuse_loose(found, features, places)
+        _refuse_loose(found, features)
     return found
 
 
@@ -327,66 +349,37 @@ def _orthonormal(shapes: Floats) -> Floats:
     return np.asarray(np.linalg.qr(shapes)[0])
 
 
-def _datum_rows(feature: Feature, places: TaskPlaces) -> Floats:
-    """Return what fixes a datum feature (n, place, 3): displacements along the normal of a plane,
-    across a line, and all of other features.
-    """
-    if feature.kind == "plane" and feature.axis is not None:
-        ways = feature.axis[None]
-    elif feature.kind == "line" and feature.axis is not None:
-        ways = np.linalg.svd(feature.axis[None])[2][1:]
-    else:
-        ways = np.eye(3)
-    out = np.zeros((len(feature.places), len(ways), len(places.frames), 3))
-    for k, place in enumerate(feature.places):
-        out[k, :, place] = ways
-    return out.reshape(-1, len(places.frames), 3)
-
-
-def _motion(stated: DrawingTolerance, features: Sequence[Feature], places: TaskPlaces) -> Floats:
-    """Return the motion (6, place, 6) of the frame that is fitted over all places, or fixed by the
-    datum features one after the other: each fixes what those before it leave free.
-    """
-    count, points = len(places.frames), places.points
-    off = points - points.mean(axis=0)
-    size = max(float(np.abs(off).max()), 1e-9)
-    shape = np.concatenate([-skew(off) / size, np.broadcast_to(np.eye(3), (count, 3, 3))], axis=2)
+def _motion(stated: DrawingTolerance, features: Sequence[Feature], about: Floats) -> Floats:
+    """Return the motion (6, place, 6) of the frame that a tolerance is relative to."""
     if stated.datum == "fitted":
-        fitted = np.linalg.pinv(shape.reshape(-1, 6), rcond=_SINGULAR)
-        return _of_displacements(fitted, size)
-    steps = [_datum_rows(features[k], places) for k in stated.datum if isinstance(k, int)]
-    found, free = np.zeros((6, 3 * count)), np.eye(6)
-    for rows in steps:
-        reads = rows.reshape(len(rows), -1)
-        moved = np.tensordot(rows, shape, axes=2)
-        left, values, right = np.linalg.svd(moved @ free)
-        fixed = values > _SINGULAR * max(float(np.linalg.norm(moved)), 1e-300)
-        rank = int(fixed.sum())
-        inverse = right[:rank].T @ ((left[:, :rank] / values[:rank]).T)
-        found = found + free @ inverse @ (reads - moved @ found)
-        free = free @ right[rank:].T
-    return _of_displacements(found, size)
+        return fitted_motion(about)
+    datum = [features[k] for k in stated.datum if isinstance(k, int)]
+    return datum_motion(about, [(each.places, each.fixed_ways) for each in datum])
 
 
-def _of_displacements(motion: Floats, size: float) -> Floats:
-    """Return a motion (6, 3 place), rotations times `size`, as (6, place, 6) of errors."""
-    out = np.zeros((6, motion.shape[1] // 3, 6))
-    out[..., 3:] = motion.reshape(6, -1, 3)
-    out[:3] /= size
-    return out
+def _refuse_own_datum(checked: ToleranceCheck) -> None:
+    """Raise TaskGeometryError where the frame follows all that the tolerance reads: it always
+    holds.
+    """
+    if checked.motion is None:
+        return
+    errors = np.random.default_rng(0).standard_normal((len(checked.about), 6, 4))
+    errors[:, :3] /= size_of(checked.about)
+    before = np.abs(checked.rows @ errors[checked.places]).max()
+    if np.abs(checked.components(errors)).max() < _OFF * before:
+        raise TaskGeometryError(
+            checked.tolerance,
+            "a tolerance relative to itself: the frame follows its places",
+            "datum features of other places, or the base",
+        )
 
 
-def _refuse_loose(checked: ToleranceCheck, features: Sequence[Feature], places: TaskPlaces) -> None:
+def _refuse_loose(checked: ToleranceCheck, features: Sequence[Feature]) -> None:
     """Raise TaskGeometryError where the datum features leave a motion free that the tolerance
     reads.
     """
-    count = len(places.frames)
-    about = places.points - places.points.mean(axis=0)
-    size = max(float(np.abs(about).max()), 1e-9)
-    moved = np.zeros((count, 6, 6))
-    moved[:] = np.eye(6)
-    moved[:, 3:, :3] = -skew(about)
-    moved[:, :, :3] /= size  # of unit displacement at the size of the task
+    moved = carried_by(checked.about)
+    moved[:, :, :3] /= size_of(checked.about)  # of unit displacement at the size of the task
     before = np.abs(checked.rows @ moved[checked.places]).max()
     if np.abs(checked.components(moved)).max(initial=0.0) > 1e-6 * before:
         names = ", ".join(

@@ -54,6 +54,8 @@ if TYPE_CHECKING:
 
 MOST_PLACES: Final = 2000
 _STEP: Final = 0.005
+# Places of a feature that is wrong, whose name tolerances may still use.
+_NOWHERE: Final = np.zeros((0, 3))
 _DOWN: Final = (math.pi, 0.0, 0.0)
 # Keys that belong to some kinds of tolerances alone.
 _BELONG: Final = {"length": ("cylinder",), "axis": ("cylinder", "orientation")}
@@ -132,14 +134,14 @@ def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
         except ValueError as error:
             found, _, expected = str(error).partition("; ")
             mistakes.append(Problem(file, key, found, expected))
-            continue
+            points, axis = _NOWHERE, None
         if len(points) > MOST_PLACES:
             mistakes.append(
                 Problem(
                     file, key, f"{len(points)} places", f"at most {MOST_PLACES}", 'step = "5 mm"'
                 )
             )
-            continue
+            points = _NOWHERE
         pose = pose_of(rpy=each.tool_rpy or stated.tool_rpy or _DOWN)
         first = sum(visited)
         for k, point in enumerate(points):

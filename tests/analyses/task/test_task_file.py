@@ -57,6 +57,21 @@ MISTAKES = {
         "",
         ["tolerances[0]", "leave a motion of their frame free"],
     ),
+    "its own datum": (
+        POINT + HOLE + 'relative_to = ["hole"]\n',
+        "",
+        ["tolerances[0]", "relative to itself", "other places"],
+    ),
+    "too many places": (
+        'step = "1 nm"\n'
+        + POINT.replace("point", "line").replace(
+            "at =", 'end = ["450 mm", "250 mm", "0 mm"]\nstart ='
+        )
+        + HOLE
+        + 'of = "hole"\n',
+        "",
+        ["features[0]", "at most 2000"],
+    ),
     "round point": (
         POINT + '[[tolerances]]\nroundness = "1 mm"\n',
         "",
@@ -277,6 +292,30 @@ def test_a_task_that_fails_exits_with_one(write):
     done = CliRunner().invoke(app, asked)
     assert done.exit_code == 1
     assert '"succeeds": false' in done.stdout
+
+
+def test_a_tolerance_that_no_error_reaches_has_no_bars():
+    """The orientation of a slide without errors of rotation: nothing contributes."""
+    arm = {
+        "name": "slide",
+        "joints": [
+            {
+                "name": "A",
+                "type": "prismatic",
+                "axis": "x",
+                "limits": ("0 mm", "500 mm"),
+                "encoder": {"zero": "0.1 mm"},
+            }
+        ],
+    }
+    stated = {
+        "features": [{"name": "a", "kind": "point", "at": (0.2, 0.0, 0.0), "tool_rpy": (0, 0, 0)}],
+        "tolerances": [{"orientation": "0.1 deg"}],
+    }
+    found = lostmotion.task(lostmotion.Arm.model_validate(arm), stated, robots=20, runs=2)
+    assert found.success.value == 1
+    assert [block.key for block in found.sheet.bars] == ["remedies"]
+    found.summary()
 
 
 def test_what_is_not_described_makes_the_probability_an_upper_bound():

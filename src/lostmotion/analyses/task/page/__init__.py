@@ -194,10 +194,9 @@ def _bars(outcome: TaskOutcome) -> tuple[Bars, ...]:
     lines = (outcome.helps.before, *outcome.helps.stages)
     helps = (Bar(each.name, _share(each.success), 100 * each.success.value) for each in lines)
     blame, held = "Largest contributors to the decisive tolerance", "All tolerances hold with"
-    return (
-        Bars("parts", blame, "share of the mean square", tuple(parts)),
-        Bars("remedies", held, "probability", tuple(helps), note="ideal remedies", most=100.0),
-    )
+    block = Bars("parts", blame, "share of the mean square", tuple(parts))
+    gained = Bars("remedies", held, "probability", tuple(helps), note="ideal remedies", most=100.0)
+    return (block, gained) if shown else (gained,)
 
 
 def _success(outcome: TaskOutcome, counted: str) -> Section:
