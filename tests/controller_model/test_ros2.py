@@ -42,7 +42,10 @@ def test_the_package_has_names_and_limits_of_the_joints(package):
         assert (own["min_position"], own["max_position"]) == pytest.approx(joint.limits, abs=0)
     name = etree.parse(folder / "package.xml").getroot().findtext("name")
     assert name == "z_arm_compensation"
-    types = config["controller_manager"]["ros__parameters"]["compensation"]["type"]
+    # the spawner reads a controller's type in the section of that controller alone
+    types = config["compensation"]["ros__parameters"]["type"]
+    assert trajectory["type"] == "joint_trajectory_controller/JointTrajectoryController"
+    assert set(config) == {"compensation", "trajectory"}
     plugin = etree.parse(folder / "plugin.xml").getroot()
     assert plugin.attrib["path"] == name
     assert plugin[0].attrib["name"] == types == f"{name}/CompensationController"

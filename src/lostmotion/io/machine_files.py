@@ -140,7 +140,7 @@ class _Modes:
         other = sorted(set(axes) - set(known))
         if other:
             return f"{', '.join(other)} of a machine with {', '.join(known)}"
-        return "a relative move, G91" if self.relative else ""
+        return ""
 
 
 class MoveProgram:
@@ -154,23 +154,31 @@ class MoveProgram:
     """
 
     def __init__(self, path: Path, arm: Arm) -> None:
-        """Read the file. Raises InputError with every mistake and its line: arcs, relative moves,
-        shifted origins, and positions outside the limits or out of reach.
+        """Read the file. Raises InputError with every mistake and its line: arcs, shifted origins,
+        and positions outside the limits or out of reach.
         """
         self._arm, self._file, self.unknown = arm, str(path), 0
         names = [each.name.upper() for each in arm.driven]
         self._direct = set(names) <= set(_AXES)
         self._letters = names if self._direct else list("XYZ")
         self._lines = read_text(path, _MEGABYTES).splitlines()
-        self._moves: list[tuple[int, float]] = []
+        self._moves: list[tuple[int, float, bool]] = []
         targets: list[list[float]] = []
         mistakes = self._read(targets)
         if not targets and not mistakes:
-            mistakes = [Problem(self._file, "", "no straight move", "G0 or G1", "G1 X10 Y20 Z5")]
+            mistakes = [
+                Problem(
+                    self._file,
+                    "",
+                    "no straight move to a position in all axes",
+                    "G0 or G1 in absolute positions, G90",
+                    "G1 X10 Y20 Z5",
+                )
+            ]
         if mistakes:
             refuse_all(mistakes)
         at = np.array(targets)
-        self.where = tuple((self._file, f"line {line + 1}") for line, _ in self._moves)
+        self.where = tuple((self._file, f"line {line + 1}") for line, *_ in self._moves)
         self.q = at if self._direct else self._joints(at)
         self._refuse_outside()
         self.side = np.full(self.q.shape, math.nan)
@@ -198,9 +206,13 @@ class MoveProgram:
                 position = {}
             elif axes and modes.straight:
                 for letter, value in axes.items():
-                    position[letter] = value * self._factor(letter, modes.unit)
+                    size = value * self._factor(letter, modes.unit)
+                    if not modes.relative:
+                        position[letter] = size
+                    elif letter in position:
+                        position[letter] += size
                 if len(position) == len(self._letters):
-                    self._moves.append((number, modes.unit))
+                    self._moves.append((number, modes.unit, modes.relative))
                     targets.append([position[letter] for letter in self._letters])
                 else:
                     self.unknown += 1
@@ -233,11 +245,15 @@ class MoveProgram:
     def text(self, command: Floats) -> str:
         """Return the program for the joint values to send: every corrected move states all axes."""
         to = command if self._direct else tool_points(self._arm, command)
-        lines = list(self._lines)
-        for (number, unit), values in zip(self._moves, to, strict=True):
+        lines, sent = list(self._lines), np.zeros(len(self._letters))
+        for (number, unit, relative), values in zip(self._moves, to, strict=True):
+            start = sent if relative else np.zeros(len(sent))
+            factors = np.array([self._factor(letter, unit) for letter in self._letters])
+            printed = np.round((values - start) / factors, 5) + 0.0
+            sent = start + printed * factors  # so that rounding does not add up over relative moves
             new = {
-                letter: f"{letter}{value / self._factor(letter, unit):.5f}"
-                for letter, value in zip(self._letters, values.tolist(), strict=True)
+                letter: f"{letter}{value:.5f}"
+                for letter, value in zip(self._letters, printed.tolist(), strict=True)
             }
             code = COMMENT.split(lines[number])[0].rstrip()
             rest = lines[number][len(code) :]

@@ -131,6 +131,35 @@ def test_a_program_keeps_everything_but_the_ends_of_its_moves(tmp_path):
     assert second[0] != "X700.00000"
 
 
+def test_relative_moves_lead_where_absolute_ones_do(tmp_path):
+    """The same path in G91, in inches, as slicers and mills end a program: the sums of what is sent
+    are the positions that are sent in G90, to half a digit however many moves.
+    """
+    rng = np.random.default_rng(2)
+    to = np.cumsum(np.round(rng.uniform(-0.2, 0.2, (300, 3)), 4), axis=0)
+    to = np.round(to - to.min(axis=0) + 1, 4)
+    lines = [" ".join(f"{a}{v:.4f}" for a, v in zip("XYZ", row, strict=True)) for row in to]
+    steps = [
+        " ".join(f"{a}{v:.4f}" for a, v in zip("XYZ", row, strict=True))
+        for row in np.diff(to, axis=0)
+    ]
+    first = f"G20 G90\nG0 {lines[0]}\n"
+    texts = [
+        first + "".join(f"G1 {each}\n" for each in lines[1:]),
+        first + "G91\nG1 E-2\n" + "".join(f"G1 {each}\n" for each in steps),
+    ]
+    sent = []
+    for number, text in enumerate(texts):
+        (tmp_path / "in.nc").write_text(text, encoding="utf-8")
+        out = tmp_path / f"out{number}.nc"
+        lostmotion.compensate(EXAMPLES / "gantry.toml", poses=tmp_path / "in.nc", out=out)
+        moves = [each for each in out.read_text(encoding="utf-8").splitlines() if "X" in each]
+        sent.append([[float(word[1:]) for word in each.split()[1:]] for each in moves])
+    absolute, relative = np.array(sent[0]), np.cumsum(sent[1], axis=0)
+    assert np.abs(absolute - to).max() > 1e-3
+    np.testing.assert_allclose(relative, absolute, atol=1.1e-5)
+
+
 def test_a_program_of_tool_points_leads_a_soft_arm_there(soft, tmp_path):
     """A machine whose firmware computes the joint values is sent tool points beside the wanted
     ones.
@@ -149,7 +178,7 @@ def test_a_program_of_tool_points_leads_a_soft_arm_there(soft, tmp_path):
     ("text", "found"),
     [
         ("G1 X1 Y1 Z1\nG2 X3 Y2 I1 J0\n", "line 2.*\n.*an arc, G2"),
-        ("G91\nG1 X1 Y1 Z1\n", "line 2.*\n.*a relative move"),
+        ("G91\nG1 X1 Y1 Z1\n", "no straight move to a position"),
         ("G92 X0\nG1 X1 Y1 Z1\n", "line 1.*\n.*a shifted origin"),
         ("G1 X1 Y1 Z1 A3\n", "line 1.*\n.*A of a machine"),
         ("G1 X1 Y1 Z1\nG1 X9000\n", "line 2.*\n.*X9000"),
@@ -157,7 +186,7 @@ def test_a_program_of_tool_points_leads_a_soft_arm_there(soft, tmp_path):
     ],
 )
 def test_what_cannot_be_corrected_is_refused_with_its_line(tmp_path, text, found):
-    """Arcs, relative moves, shifted origins, other axes, positions outside the limits."""
+    """Arcs, relative moves from nowhere, shifted origins, other axes, positions outside the limits."""
     program = tmp_path / "part.gcode"
     program.write_text(text, encoding="utf-8")
     with pytest.raises(lostmotion.InputError, match=found):

@@ -2,6 +2,8 @@
 #ifndef ALL_HPP
 #define ALL_HPP
 #include <array>
+#include <cstdint>
+#include <cstdio>
 #include <functional>
 #include <memory>
 #include <string>
@@ -20,6 +22,8 @@ class Parameter
 public:
   std::vector<std::string> as_string_array() const { return {}; }
   double as_double() const { return 0.0; }
+  std::int64_t as_int() const { return 0; }
+  bool as_bool() const { return false; }
   std::string as_string() const { return {}; }
 };
 }  // namespace rclcpp

@@ -37,6 +37,8 @@ public:
     auto_declare<std::vector<std::string>>("joints", {});
     auto_declare<double>("reversal", 0.002);
     auto_declare<double>("largest_rate", 0.05);
+    auto_declare<int>("passes", 1);
+    auto_declare<bool>("whole_pose", false);
     auto_declare<std::string>("frame", "base_link");
     return CallbackReturn::SUCCESS;
   }
@@ -68,6 +70,13 @@ public:
     }
     if (lm_self_test() != 0) {
       RCLCPP_ERROR(get_node()->get_logger(), "the self test of the model fails on this machine");
+      return CallbackReturn::ERROR;
+    }
+    lm_default_options(&options_);
+    options_.passes = static_cast<int>(get_node()->get_parameter("passes").as_int());
+    options_.whole_pose = get_node()->get_parameter("whole_pose").as_bool() ? 1 : 0;
+    if (options_.passes != 1 && options_.passes != 2) {
+      RCLCPP_ERROR(get_node()->get_logger(), "'passes' is %d; expected 1 or 2", options_.passes);
       return CallbackReturn::ERROR;
     }
     lm_defaults(&input_);
@@ -138,9 +147,7 @@ protected:
       input_.q[k] = std::isfinite(reference_interfaces_[k]) ? reference_interfaces_[k] : input_.q[k];
       input_.side[k] = last_motion(k);
     }
-    lm_options options;
-    lm_default_options(&options);
-    const int status = lm_compensate(&input_, &options, &output_, &command_);
+    const int status = lm_compensate(&input_, &options_, &output_, &command_);
     const bool valid = status == LM_OK || status == LM_SINGULAR;
     const double most = largest_rate_ * period.seconds();
     for (std::size_t k = 0; k < LM_JOINTS; k++) {
@@ -225,6 +232,7 @@ private:
   Joints turned_{};
   Joints side_{};
   Joints correction_{};
+  lm_options options_{};
   lm_input input_{};
   lm_output output_{};
   lm_command command_{};
