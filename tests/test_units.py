@@ -25,7 +25,14 @@ from lostmotion.parts.error_source import (
     LengthDim,
     Share,
 )
-from lostmotion.unit_registry import _UNITS_IN_WORDS, UnitError, unit_in_words
+from lostmotion.unit_registry import (
+    _COMMON,
+    _UNITS_IN_WORDS,
+    UnitError,
+    _registry,
+    factor,
+    unit_in_words,
+)
 from lostmotion.units import Quantity, Toleranced, read_quantity
 
 ARCMIN = math.pi / 180 / 60
@@ -505,3 +512,15 @@ def test_a_power_of_zero_is_no_unit():
     """A metre to the power of zero is refused in words: the unit library itself fails on it."""
     with pytest.raises(UnitError, match=r"'m\^0' is not a known unit"):
         read_quantity("3 m^0", "m")
+
+
+@pytest.mark.parametrize("unit", _COMMON)
+def test_the_units_of_most_files_are_those_of_the_registry(unit):
+    """To the last bit; and of another dimension they are refused as by it."""
+    si, size = _COMMON[unit]
+    registry = _registry()
+    plain = registry.parse_units(unit.replace("%", "pct"))
+    assert registry.Quantity(1.0, plain).to(registry.parse_units(si)).magnitude == size
+    assert factor(unit, si) == size
+    with pytest.raises(UnitError, match="unit of"):
+        factor(unit, "m^4")

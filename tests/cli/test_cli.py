@@ -213,12 +213,13 @@ def test_importing_the_package_loads_no_heavy_library():
 
 def test_reading_an_arm_compiles_nothing():
     """Parts and formats load neither Numba nor matplotlib nor xarray, though parts are full of
-    laws.
+    laws, nor pint for the units of most files.
     """
     code = (
         "import sys; from pathlib import Path; from lostmotion.io import read; "
         f"read(Path({str(EXAMPLES / 'z-arm.toml')!r})); "
-        "print([m for m in ('numba', 'matplotlib', 'xarray', 'scipy.stats') if m in sys.modules])"
+        "print([m for m in ('numba', 'matplotlib', 'xarray', 'scipy.stats', 'pint') "
+        "if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
