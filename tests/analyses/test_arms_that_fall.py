@@ -123,7 +123,7 @@ def test_too_many_falls_are_refused():
         lostmotion.study(upright(0.9), np.array([[0.0], [0.5]]), robots=4, visits=2)
 
 
-def swept(ratios, folder):
+def swept(ratios, folder, **more):
     """Return a sweep of the pendulum over its servo's stiffness, as shares of that with which it
     stands upright.
     """
@@ -150,6 +150,7 @@ def swept(ratios, folder):
         robots=4,
         visits=2,
         out=folder,
+        **more,
     )
 
 
@@ -178,6 +179,19 @@ def test_a_sweep_marks_the_designs_that_fall(ratios, tmp_path):
     }
     assert np.isnan(found.arrays()["p95"].values[fallen]).all()
     found.report()
+
+
+def test_a_replay_excludes_the_designs_that_fall(tmp_path):
+    """The softest spring has the largest errors at the poses where it stands, and no figures: the
+    replay is of the next one, names the excluded one, and refuses it where it is asked for.
+    """
+    found = swept((0.9, 2.0, 5.0), tmp_path / "three", block=3)
+    assert np.isfinite(found.store.read(0, 0).poses).any()
+    (replayed,) = lostmotion.replay(tmp_path / "three")
+    assert replayed.found.design == 1
+    assert any("excluded: 0" in note for note in replayed.sheet.notes)
+    with pytest.raises(lostmotion.InputError, match="stands at all"):
+        lostmotion.replay(tmp_path / "three", design=0)
 
 
 def test_a_sweep_of_designs_that_all_fall_is_refused(tmp_path):

@@ -58,6 +58,7 @@ class Replay:
     others    versions that differ from those that made the store
     terms     the largest contribution first
     known     states of the kinds of error of its design
+    fallen    designs that fall at some poses, which are excluded
     """
 
     store: Store
@@ -71,6 +72,7 @@ class Replay:
     others: tuple[str, ...]
     terms: tuple[DrawnParameters, ...]
     known: States
+    fallen: tuple[int, ...] = ()
 
     @property
     def length(self) -> float:
@@ -100,34 +102,45 @@ class Replay:
         progress: Callable[[str, int, int], None] | None = None,
     ) -> list[Self]:
         """Return the largest errors of a run, recomputed term by term. Of one design or of all,
-        each of a pose of its own, the largest first.
+        each of a pose of its own, the largest first. Designs that fall at some poses have no
+        figures, and are excluded.
 
-        Raises InputError for a design out of range, LostmotionError where blocks are missing or
-        damaged.
+        Raises InputError for a design out of range or one that falls, LostmotionError where blocks
+        are missing or damaged.
         """
         order = store.order
         if design is not None and not 0 <= design < order.designs:
             raise refuse_argument("design", design, f"from 0 to {order.designs - 1}", design=0)
         looked_at = range(order.designs) if design is None else [design]
         found: list[Worst] = []
+        fallen: list[int] = []
         for k, each in enumerate(looked_at):
+            own = found
             for block in range(order.blocks):
-                found = worst_of(found, order, each, block, store.read(each, block), worst)
+                record = store.read(each, block)
+                own = worst_of(own, order, each, block, record, worst)
+                if record.falls and each not in fallen:
+                    fallen.append(each)
                 if progress is not None:
                     progress(
                         "looking for the largest",
                         k * order.blocks + block + 1,
                         len(looked_at) * order.blocks,
                     )
+            found = found if each in fallen else own
+        if not found and fallen:
+            expected = "a design that stands at all of its poses"
+            other = next((each for each in range(order.designs) if each not in fallen), 0)
+            raise refuse_argument("design", fallen[0], expected, design=other)
         out = []
         for extreme in found:
-            out.append(cls._of(store, with_pose(order, extreme)))
+            out.append(cls._of(store, with_pose(order, extreme), tuple(fallen)))
             if progress is not None:
                 progress("replaying", len(out), len(found))
         return out
 
     @classmethod
-    def _of(cls, store: Store, worst: Worst) -> Self:
+    def _of(cls, store: Store, worst: Worst, fallen: tuple[int, ...] = ()) -> Self:
         order = store.order
         first, _ = order.span(worst.block)
         row = worst.pose - first
@@ -177,4 +190,5 @@ class Replay:
             ),
             tuple(sorted(terms, key=lambda term: -abs(term.along))),
             states(arm),
+            fallen,
         )

@@ -75,6 +75,9 @@ def _sheet(replay: Replay) -> Sheet:
         if replay.others
         else ()
     )
+    if replay.fallen:
+        names = ", ".join(str(each) for each in replay.fallen)
+        notes += (f"designs that fall at some poses have no figures, and are excluded: {names}",)
     pose = [
         (joint, Cell(value, "°" if kind == "revolute" else "mm", stated=True))
         for (joint, kind), value in zip(replay.joints, at.q, strict=True)
