@@ -198,3 +198,27 @@ def test_a_sweep_of_designs_that_all_fall_is_refused(tmp_path):
     """Without a design that stands there is no answer; the message names the joint."""
     with pytest.raises(lostmotion.InputError, match=r"no stable equilibrium at 1 of 9 .* joint A"):
         swept((0.8, 0.9), tmp_path / "none")
+
+
+def test_a_size_refuses_a_selection_that_falls_before_any_study(monkeypatch):
+    """Where the selected arm falls at a pose of the study the joint is named, and no study has
+    begun.
+    """
+    from lostmotion.analyses.sizing import selection
+    from lostmotion.mechanism import standing
+
+    link = {
+        "length": "300 mm",
+        "direction": "z",
+        "section": {"kind": "tube", "outer": "20 mm", "wall": "1 mm"},
+        "material": "aluminium",
+    }
+    joint = {"name": "A", "type": "revolute", "axis": "-y", "limits": ["-60 deg", "60 deg"]}
+    parts = {"servo": {"stiffness": "9 N m/rad"}, "encoder": {"zero": "6 arcmin"}, "link": link}
+    arm = {"name": "soft", "joints": [joint | parts], "payload": {"mass": "0.5 kg"}}
+    monkeypatch.setattr(selection, "_studied", None)
+    monkeypatch.setattr(standing, "falls_at", lambda _arm, q: np.where(np.arange(len(q)), -1, 2))
+    with pytest.raises(lostmotion.InputError, match="joint A cannot hold"):
+        lostmotion.size(
+            arm, target="200 mm", family="tube", outer="30 mm .. 40 mm", wall="3 mm .. 4 mm"
+        )

@@ -76,6 +76,11 @@ def falls_at(arm: Arm, q: Floats) -> NDArray[np.int64]:
     return out
 
 
+def refuse_any_fall(arm: Arm, q: Floats) -> None:
+    """Raise InputError where the arm falls at any of these poses (pose, joint)."""
+    refuse_falling(arm, q, falls_at(arm, q))
+
+
 def cannot_hold(arm: Arm, places: NDArray[np.int64]) -> str:
     """Return where springs cannot hold the load most often: "joint A", or "the link of A"."""
     name = arm.places[np.bincount(places[places >= 0]).argmax()]

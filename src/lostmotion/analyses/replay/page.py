@@ -65,7 +65,7 @@ def _sheet(replay: Replay) -> Sheet:
         if replay.kernel == at.error
         else f"differs by {abs(replay.kernel - at.error):.1e} m"
     )
-    notes = (
+    notes: tuple[str, ...] = (
         (
             (
                 "the store was made with other versions, the last bits may differ: "

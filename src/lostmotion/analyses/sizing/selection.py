@@ -19,6 +19,7 @@ import numpy as np
 from lostmotion.analyses.sizing.sizing import SizedArmResult
 from lostmotion.error_model.arrival import rp_key
 from lostmotion.io.arm_writer import NewParts
+from lostmotion.mechanism.standing import refuse_any_fall
 from lostmotion.propagation.error_samples import Drawn
 from lostmotion.propagation.figures import HEADLINE, figures_of
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
@@ -196,7 +197,8 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     visits meets the target (m).
 
     `search_poses` are those of the search. Where no selection meets the target, the most accurate
-    one is returned (`Selection.meets_target`).
+    one is returned (`Selection.meets_target`). Raises InputError, with the joint, where the
+    selection falls at a pose.
     """
     size, constraints = replace(study_size or StudySize(), of=of), constraints or Constraints()
     stages = _MOST_STUDIES + len(SCALES) + 3
@@ -208,8 +210,8 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
 
     search = Search(arm, slots, objective, search_poses.q, constraints, report, of)
     evaluator = search.evaluator
-    before = _studied(arm, poses, size)
     choice, proven, inner, tried = search.solve(target, pairs=False), False, target, list[float]()
+    refuse_any_fall(evaluator.arm_with(choice), poses.q)  # before any study
     best: tuple[Choice, bool, Estimate] | None = None
     for turn in range(1, _MOST_STUDIES):
         error = _studied(evaluator.arm_with(choice), poses, size)
@@ -242,6 +244,7 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
         raise ValueError("no selection was studied")
     choice, proven, error = best
     stage = _MOST_STUDIES + 1
+    before = _studied(arm, poses, size)
     # Where the target is out of reach, the trade-off is around the error that was reached.
     middle = (
         target if search.evaluate(choice).violation <= 0 and error.high <= target else error.high
