@@ -11,6 +11,7 @@ import lostmotion
 from lostmotion.analyses.statics.survey import Survey
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.mechanism import closed_chain
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import (
     holding_torques,
@@ -358,6 +359,26 @@ def test_a_rigid_arm_is_surveyed_too():
     assert found.parts == ()
     assert found.payload_deflection is None
     assert found.joint_loads[0].any_tilt.value != 0
+
+
+def test_the_links_of_a_closed_chain_share_the_arms_under_single_causes(monkeypatch):
+    """The closures of a palletiser are solved for a few poses of all its links together, not for
+    each link and each cause of load again.
+    """
+    arm = lostmotion.read("examples/closed-chains/parallelogram-palletiser.toml")
+    q = lostmotion.sample_poses(arm, 16).q
+    loops, solved = [], closed_chain.settled_loops
+
+    def counted(*given, **more):
+        loops.append(given)
+        return solved(*given, **more)
+
+    monkeypatch.setattr(closed_chain, "settled_loops", counted)
+    found = bending(arm, q, np.zeros((16, 3)), 0.0)
+    assert len(found) > 5
+    # at all poses and at those of the largest deflections: the arm, its loads by cause, and the
+    # loads by which friction of each of these is assumed
+    assert len(loops) <= 2 * (1 + len(CAUSES)) + (1 + len(CAUSES))
 
 
 def test_tolerances_of_a_link_do_not_change_its_bending():

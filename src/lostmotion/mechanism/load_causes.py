@@ -107,33 +107,46 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
+    causes = single_cause_arms(arm)
     for here, state in states_of(arm, q):
-        for joint, bent in _link_deflections(standing(state)).items():
+        for joint, bent in _link_deflections(standing(state), causes).items():
             sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
             sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
             for cause, shift in bent.at_tool.items():
                 sums[cause] += float(np.vdot(shift, bias[here]))
+    # Poses at which each link has its largest slope and its largest deflection.
+    largest = {joint: sizes.argmax(axis=0) for joint, sizes in whole.items() if sizes.any()}
+    if not largest:
+        return []
+    at = standing(state_of(arm, q[np.concatenate(list(largest.values()))]))
+    there = _link_deflections(at, causes)
     return [
-        _link_bending(arm, q, joint, sizes, shared[joint], mean_square * len(q))
-        for joint, sizes in whole.items()
-        if sizes.any()
+        _link_bending(
+            arm,
+            joint,
+            whole[joint],
+            {cause: twist[2 * k : 2 * k + 2] for cause, twist in there[joint].across.items()},
+            {
+                cause: each / (mean_square * len(q)) if mean_square else 0.0
+                for cause, each in shared[joint].items()
+            },
+        )
+        for k, joint in enumerate(largest)
     ]
 
 
 def _link_bending(
-    arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float
+    arm: Arm, joint: str, sizes: Floats, across: dict[str, Floats], shares: dict[str, float]
 ) -> LinkBending:
+    """Return the bending of a link, with its deflections `across` by cause at the poses of its
+    largest slope and of its largest deflection.
+    """
     steepest, farthest = (int(each) for each in sizes.argmax(axis=0))
-    at = standing(state_of(arm, q[[steepest, farthest]]))
-    across = _link_deflections(at)[joint].across
     slopes = _along_whole({cause: twist[0, :3] for cause, twist in across.items()})
     shifts = _along_whole({cause: twist[1, 3:] for cause, twist in across.items()})
     length = next(each.link.reach for each in arm.joints if each.name == joint)
-    parts = {
-        cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0)
-        for cause in shifts
-    }
+    parts = {cause: (shifts[cause], slopes[cause], shares[cause]) for cause in shifts}
     return LinkBending(
         joint,
         length,
@@ -164,11 +177,12 @@ class _LinkDeflection:
     at_tool: dict[str, Floats]
 
 
-def _link_deflections(state: State) -> dict[str, _LinkDeflection]:
+def _link_deflections(state: State, causes: dict[str, Arm]) -> dict[str, _LinkDeflection]:
+    """Return the deflection of each elastic link; `causes` as `single_cause_arms` returns them."""
     command = replace(state, frames=state.commanded, equilibrium=None)
     arm, conditions = state.arm, state.conditions()
     conditions_by_cause = {
-        cause: replace(state, arm=one).conditions() for cause, one in single_cause_arms(arm).items()
+        cause: replace(state, arm=one).conditions() for cause, one in causes.items()
     }
     links: dict[str, list[PlacedTerm]] = {}
     for placed in arm.terms:
