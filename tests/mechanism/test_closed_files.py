@@ -70,7 +70,7 @@ def fixed(joint: int) -> dict:
     [
         (changed(1, link=link(0.1)), "closures[0]", "e1.tip and pin.tip apart at home by 5.411 mm"),
         (changed(2, **LOOSE), "closures", "5 freedoms - rank 3 of the closures = 2, for 1 drive"),
-        (fixed(4), "closures[0]", "one freedom too few"),
+        (fixed(4), "closures[0]", "1 freedom too few for m1, m2"),
         (changed(closures=[{"joins": ["e1.tip", "m1"]}]), "closures[0].joins", "on one branch"),
         (changed(closures=[{"joins": ["e1.tip", "pun.tip"]}]), "closures[0].joins", "pun.tip"),
         (changed(1, gearbox={"backlash": "1 arcmin"}), "joints.e1", "gearbox on a passive joint"),
@@ -90,6 +90,21 @@ def test_a_chain_that_cannot_be_is_refused_by_name(tree: dict, key: str, found: 
     assert found in problem.found
     assert problem.expected
     assert problem.example
+
+
+def test_a_drive_on_a_ball_joint_of_six_legs_is_refused_once():
+    """A gearbox, by name or in full, on a joint in several directions has one message that states
+    what a passive joint may have.
+    """
+    text = template_text("hexapod")
+    assert 'type = "spherical"' in text
+    for gearbox in ('{ backlash = "1 µm" }', '"screw"'):
+        tree = tomlkit.parse(
+            text.replace('type = "spherical"', f'type = "spherical"\ngearbox = {gearbox}')
+        ).unwrap()
+        with pytest.raises(InputError) as refused:
+            arm_of("test.toml", tree)
+        assert {each.found for each in refused.value.problems} == {"gearbox on a passive joint"}
 
 
 def test_a_command_refuses_a_loop_that_cannot_close_and_writes_nothing(tmp_path):

@@ -173,7 +173,8 @@ def _limited(tree: Tree) -> Mistake | None:
 def _too_few(tree: Tree) -> str:
     """Return the count of freedoms of a chain whose closures hold its drives; empty for another."""
     counted, left, held = _count(tree)
-    return f"; {counted}: one freedom too few, {', '.join(held)}" if left < 0 else ""
+    few = "1 freedom" if left == -1 else f"{-left} freedoms"
+    return f"; {counted}: {few} too few for {', '.join(held)}" if left < 0 else ""
 
 
 def _count(tree: Tree) -> tuple[str, int, list[str]]:

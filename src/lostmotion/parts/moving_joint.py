@@ -85,6 +85,7 @@ def refuse_joint(why: str, expected: str, example: str) -> PydanticCustomError:
 
 
 LONGEST_JOINT_NAME: Final = 80
+DRIVE_PARTS: Final = ("gearbox", "encoder", "servo")
 
 
 def _is_name(text: str) -> str:
@@ -253,7 +254,7 @@ class MovingJoint(JointUnit, Generic[AmountT, GearboxT, StiffnessT]):
 
     @model_validator(mode="after")
     def _only_drives_have_gears(self) -> Self:
-        found = [name for name in ("gearbox", "encoder", "servo") if getattr(self, name)]
+        found = [name for name in DRIVE_PARTS if getattr(self, name)]
         if self.passive and found:
             raise refuse_joint(
                 f"{' and '.join(found)} on a passive joint",

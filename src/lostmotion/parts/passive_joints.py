@@ -21,7 +21,7 @@ from lostmotion.parts.error_source import (
     FrictionForce,
 )
 from lostmotion.parts.frame import Direction, Frame, unit
-from lostmotion.parts.moving_joint import JointUnit, refuse_joint
+from lostmotion.parts.moving_joint import DRIVE_PARTS, JointUnit, refuse_joint
 from lostmotion.parts.play import Seat
 from lostmotion.parts.provenance import Sourced, with_friction
 from lostmotion.parts.standard_terms import End, parameter, play_terms
@@ -114,6 +114,18 @@ class PassiveUnit(UndrivenJoint):
     """Base class of joints that move in several directions, none of them by a drive."""
 
     passive: Literal[True] = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_drive(cls, given: object) -> object:
+        found = [name for name in DRIVE_PARTS if isinstance(given, dict) and given.get(name)]
+        if found:
+            raise refuse_joint(
+                f"{' and '.join(found)} on a passive joint",
+                "a bearing only, or a joint with a drive: revolute or prismatic",
+                'type = "revolute"',
+            )
+        return given
 
 
 class SphericalJoint(PassiveUnit):
