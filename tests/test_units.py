@@ -524,3 +524,9 @@ def test_the_units_of_most_files_are_those_of_the_registry(unit):
     assert factor(unit, si) == size
     with pytest.raises(UnitError, match="unit of"):
         factor(unit, "m^4")
+
+
+@pytest.mark.parametrize(("unit", "size"), [("%", 0.01), ("µm/m", 1e-6), ("", 1.0)])
+def test_a_share_is_a_number_by_either_name(unit, size):
+    """Of dimension "" or "1"."""
+    assert factor(unit, "1") == factor(unit, "") == size

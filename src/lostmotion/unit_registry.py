@@ -125,7 +125,7 @@ def factor(unit: str, si: str) -> float:
         return size
     problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
     other = UnitError(f"{problem} {_UNITS_IN_WORDS.get(si, si)}")
-    if own is not None or unit in _SCALES:
+    if unit != "K" and unit in _SCALES:
         raise other
     import pint
 

@@ -38,6 +38,15 @@ ARM = str(Path(__file__).parents[2] / "examples" / "z-arm.toml")
 """,
         ),
         (
+            ("statics", ARM, "--poses", "--1"),
+            """lostmotion: 1 mistake
+--poses
+  found     '--1'
+  expected  a whole number, at least 1, or a CSV file of poses
+  example   --poses 2048
+""",
+        ),
+        (
             ("run", ARM, "--pose", "3"),
             """lostmotion: 1 mistake
 lostmotion run
@@ -102,7 +111,17 @@ command
 """,
         ),
     ],
-    ids=["values", "option", "argument", "file", "no value", "switch", "spaces", "command"],
+    ids=[
+        "values",
+        "signs",
+        "option",
+        "argument",
+        "file",
+        "no value",
+        "switch",
+        "spaces",
+        "command",
+    ],
 )
 def test_words_that_no_option_takes_are_reported_like_any_mistake(tmp_path, words, said):
     """All at once, each with what was found, what is expected and an example; exit code 2 and

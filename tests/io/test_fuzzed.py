@@ -4,13 +4,16 @@ tests.io.fuzzed` spoils as many as one likes.
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 
 import pytest
 
+from lostmotion import read
 from lostmotion.errors import InputError
+from tests.io.consistent import studied_shortly
 from tests.io.fuzzed import longest, outcomes
-from tests.io.fuzzed_formats import formats
+from tests.io.fuzzed_formats import EXAMPLES, formats
 
 
 def look_at(folder, count):
@@ -38,6 +41,25 @@ def test_the_files_that_are_spoiled_are_sound_before(tmp_path):
             path = tmp_path / kind.name
             path.write_text(seed, encoding="utf-8")
             kind.read(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('length = "135 mm"', 'length = "1e16 mm"', "no stable equilibrium"),
+        ('backlash = "1 deg ± 0.3 deg"', 'backlash = "1e15 deg ± 0.3 deg"', "too large to be real"),
+        ('backlash = "1 deg ± 0.3 deg"', 'backlash = "1e9 deg ± 0.3 deg"', "errors of 16 m"),
+    ],
+)
+def test_sizes_that_no_arm_has_are_refused_in_words(tmp_path, old, new, said):
+    """A unit that is wrong by many powers of ten overflows in no sum, solves no singular matrix."""
+    text = (EXAMPLES / "printed-hobby-arm.toml").read_text("utf-8")
+    path = tmp_path / "arm.toml"
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match=said):
+            studied_shortly(read(path))
 
 
 @pytest.mark.slow

@@ -447,6 +447,7 @@ def test_an_include_of_itself_ends(tmp_path):
         (' version="1.9"', "", "no version", 1),
         ("<pose>0 0 0.4", '<pose relative_to="hand">0 0 0.4', "round to itself", 5),
         ("<pose>0 0 0.4", '<pose rotation_format="axis">0 0 0.4', "axis", 5),
+        ("<pose>0 0 0.4", "<pose>1e15 0 0.4", "1e15", 5),
         ("<mass>0.5", "<mass>-0.5", "-0.5 kg", 4),
         ('name="hand"', 'name="upper"', "twice", 5),
         ('"j2" type="revolute"', '"j2" type="screw"', "screw", 7),

@@ -8,6 +8,7 @@ a mistyped word is refused at once.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from functools import partial
 from numbers import Integral
@@ -121,13 +122,8 @@ def poses_of(name: str, value: Any, given: Mapping[str, Any]) -> int | Poses:  #
 
     Raises InputError with every mistake in the file.
     """
-    count = (
-        int(value)
-        if isinstance(value, str)
-        and value.strip().isascii()
-        and value.strip().lstrip("+-").isdigit()
-        else value
-    )
+    whole = isinstance(value, str) and re.fullmatch(r"[+-]?[0-9]{1,18}", value.strip())
+    count = int(value) if whole else value
     if isinstance(count, Integral) and not isinstance(count, bool) and int(count) >= 1:
         return int(count)
     is_file = isinstance(value, os.PathLike) or (

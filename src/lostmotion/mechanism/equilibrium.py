@@ -245,7 +245,9 @@ class _Settling:
             tangent, _ = self._deflection.tangent(self.frames(here), here)
             matrix = (1 + _ROUNDING) * np.eye(len(places)) - part[:, None, None] * tangent
             step = rest.copy()
-            # never quite singular, by the rounding
+            # the rounding keeps it from being singular, but for tangents beyond 1/_ROUNDING: there
+            # a step by substitution does not converge
+            matrix[np.abs(tangent).max(axis=(1, 2)) > 1 / _ROUNDING] = np.eye(len(places))
             step[places, :, components] = np.linalg.solve(
                 matrix, rest[places, :, components].T[..., None]
             )[..., 0].T
