@@ -87,6 +87,7 @@ _COMMON: Final = {
     "1/K": ("1/K", 1.0),
     "kg/m^3": ("kg/m^3", 1.0),
 }
+_COMMON_SI: Final = {si for si, _ in _COMMON.values()}
 # The SI unit of a temperature above absolute zero; "K" alone is that of a difference.
 ABSOLUTE: Final = "K above absolute zero"
 ZERO_CELSIUS: Final = 273.15
@@ -121,11 +122,12 @@ def factor(unit: str, si: str) -> float:
     if si == ABSOLUTE:
         return _scale(unit)[0]
     own, size = _COMMON.get(unit, (None, 1.0))
-    if own == si:
+    wanted = "" if si == "1" else si
+    if own == wanted:
         return size
     problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
     other = UnitError(f"{problem} {_UNITS_IN_WORDS.get(si, si)}")
-    if unit != "K" and unit in _SCALES:
+    if (own is not None and wanted in _COMMON_SI) or unit in _SCALES:
         raise other
     import pint
 

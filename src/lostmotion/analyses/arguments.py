@@ -8,7 +8,6 @@ a mistyped word is refused at once.
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from functools import partial
 from numbers import Integral
@@ -44,6 +43,8 @@ _END: Final = Quantity("m", "200 mm")
 _TURNS: Final = Quantity("rad", "30 deg")
 _SLIDES: Final = Quantity("m", "200 mm")
 _FEWEST_ROBOTS: Final = 1
+# Digits of a number of poses; Python reads no integer of thousands.
+_MOST_DIGITS: Final = 20
 # Ends along the base's axes: as text, or in m.
 Ends: TypeAlias = "str | Mapping[str, tuple[Amount, Amount]]"
 # A zone of the workspace: its ends, or which poses are in it.
@@ -116,14 +117,18 @@ def _calibrated(arm: Arm, calibration: object) -> Arm:
     return arm.calibrated(calibration)
 
 
+def _is_whole(text: str) -> bool:
+    digits = text[text.startswith(("+", "-")) :]
+    return digits.isascii() and digits.isdigit() and len(digits) < _MOST_DIGITS
+
+
 def poses_of(name: str, value: Any, given: Mapping[str, Any]) -> int | Poses:  # noqa: ANN401 - whatever a user passes
     """Return how many poses are wanted, or those given: as `Poses`, as joint values (pose, joint)
     in rad and m, or in a CSV file.
 
     Raises InputError with every mistake in the file.
     """
-    whole = isinstance(value, str) and re.fullmatch(r"[+-]?[0-9]{1,18}", value.strip())
-    count = int(value) if whole else value
+    count = int(value) if isinstance(value, str) and _is_whole(value.strip()) else value
     if isinstance(count, Integral) and not isinstance(count, bool) and int(count) >= 1:
         return int(count)
     is_file = isinstance(value, os.PathLike) or (
