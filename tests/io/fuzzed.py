@@ -319,7 +319,8 @@ def main() -> None:
     wrong: Counter[str] = Counter()
     stopped: list[bool] = []
     # an exception in the middle of a file would count as a find
-    signal.signal(signal.SIGINT, lambda *_: stopped.append(True))
+    for end in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(end, lambda *_: stopped.append(True))
     with tempfile.TemporaryDirectory() as name:
         for found in outcomes(Path(name), given.first, last, given.seed, given.studied):
             if stopped:
