@@ -68,7 +68,7 @@ def fixed(joint: int) -> dict:
 @pytest.mark.parametrize(
     ("tree", "key", "found"),
     [
-        (changed(1, link=link(0.1)), "closures[0]", "e1.tip and pin.tip apart at home by 5.411 mm"),
+        (changed(1, link=link(0.1)), "closures[0]", "apart at home by 5.411 mm and 0 deg at least"),
         (changed(2, **LOOSE), "closures", "5 freedoms - rank 3 of the closures = 2, for 1 drive"),
         (fixed(4), "closures[0]", "1 freedom too few for m1, m2"),
         (changed(closures=[{"joins": ["e1.tip", "m1"]}]), "closures[0].joins", "on one branch"),
@@ -90,6 +90,16 @@ def test_a_chain_that_cannot_be_is_refused_by_name(tree: dict, key: str, found: 
     assert found in problem.found
     assert problem.expected
     assert problem.example
+
+
+def test_rods_that_are_too_short_have_a_remedy_of_the_platform():
+    """The example is a start in the form that a free platform takes."""
+    text = template_text("delta").replace('"350 mm ± 50 µm"', '"30 mm"')
+    with pytest.raises(InputError) as refused:
+        arm_of("test.toml", tomlkit.parse(text).unwrap())
+    (problem,) = refused.value.problems
+    assert "apart at home by" in problem.found
+    assert problem.example.startswith("start = { xyz = [")
 
 
 def test_a_drive_on_a_ball_joint_of_six_legs_is_refused_once():

@@ -37,6 +37,12 @@ _ENDS: Final = (".seat", "", ".tip")
 _STILL: Final = 1e-4
 # A hinge that stands farther from its stated start is in another assembly mode, rad.
 _FAR_FROM_START: Final = math.pi / 2
+# Examples of the start of a passive joint, by the number of its freedoms.
+_STARTS: Final = {
+    2: 'start = ["10 deg", "-77 deg"]',
+    3: 'start = ["0 deg", "10 deg", "-77 deg"]',
+    6: 'start = { xyz = ["0 mm", "0 mm", "75 mm"] }',
+}
 
 
 class Mistake(NamedTuple):
@@ -117,11 +123,11 @@ def _home_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
         names = [tree.places[place].name for place in tree.welds[worst].places]
         return Mistake(
             ("closures", worst),
-            f"{names[0]} and {names[1]} apart at home by {1e3 * shift:.4g} mm and "
-            f"{math.degrees(turn):.4g} deg at least{_too_few(tree)}",
+            f"{names[0]} and {names[1]} apart at home by {_by(1e3 * shift)} mm and "
+            f"{_by(math.degrees(turn))} deg at least{_too_few(tree)}",
             "a loop that closes with the drives at home: lengths, axes and limits of the drives, "
             "and start of the passive joints near where they stand there",
-            'start = "-77 deg"',
+            _start(tree),
         )
     if home.crossed:
         names = [each.joint for each in tree.passive]
@@ -131,7 +137,7 @@ def _home_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
             "singularity",
             f"start of the passive joints {', '.join(dict.fromkeys(names))} near where they stand "
             "with the drives at home",
-            'start = "-77 deg"',
+            _start(tree),
         )
     return _misled(joints, tree) or _limited(tree)
 
@@ -166,8 +172,23 @@ def _limited(tree: Tree) -> Mistake | None:
         ("closures",),
         f"the passive joint {tree.passive[int(found.joint[0])].joint} outside its limits at home",
         "limits that contain its value at home, or a start in the other assembly mode",
-        'start = "-77 deg"',
+        _start(tree, int(found.joint[0])),
     )
+
+
+def _by(length_or_angle: float) -> str:
+    """Write how far apart two places are; what rounding leaves is 0."""
+    return f"{round(length_or_angle, 9):.4g}"
+
+
+def _start(tree: Tree, passive: int = 0) -> str:
+    """Return an example of the start of a passive joint, in the form that a joint of its kind
+    takes.
+    """
+    twist = tree.places[tree.passive[passive].place].twist
+    if twist.shape[1] == 1:
+        return 'start = "-77 deg"' if twist[:3].any() else 'start = "120 mm"'
+    return _STARTS[twist.shape[1]]
 
 
 def _too_few(tree: Tree) -> str:
