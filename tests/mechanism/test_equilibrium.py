@@ -22,15 +22,22 @@ VALIDATES = [
 G = 9.80665
 
 
-def upright(stiffness: tuple[float, ...], masses: tuple[float, ...], length: float) -> Arm:
-    """Return joints that lift, with point masses at the ends of their massless links."""
+def upright(
+    stiffness: tuple[float | tuple[float, ...], ...],
+    masses: tuple[float, ...],
+    length: float,
+    **gearbox: object,
+) -> Arm:
+    """Return joints that lift, with point masses at the ends of their massless links; `gearbox`
+    has more values of each.
+    """
     joints = [
         {
             "name": "AB"[k],
             "type": "revolute",
             "axis": "-y",
             "limits": ("-180 deg", "180 deg"),
-            "gearbox": {"ratio": 100, "stiffness": each},
+            "gearbox": {"ratio": 100, "stiffness": each} | gearbox,
             "link": {"length": length, "mass": mass, "centre_of_mass": (length, 0.0, 0.0)},
         }
         for k, (each, mass) in enumerate(zip(stiffness, masses, strict=True))
@@ -97,6 +104,17 @@ def test_the_joint_that_cannot_hold_is_named():
         arm = upright(stiffness, (0.4, 0.3), 0.25)
         found = state_of(arm, np.radians([[90.0, 0.0]])).settled().equilibrium
         assert arm.places[found.falls_at[0]] == name
+
+
+def test_a_drive_that_is_limp_under_small_torques_hangs_or_falls():
+    """Its spring is not wound by thousands of turns until the next zone balances the load."""
+    arm = upright(((1e-12, 5e3, 5e3),), (0.5,), 0.3, zone_torques=(0.5, 1.0))
+    q = np.radians(np.linspace(-80, 80, 9))[:, None]
+    found = state_of(arm, q).settled().equilibrium
+    stands = found.falls_at < 0
+    assert stands.any()
+    hangs = np.degrees(q[:, 0] - found.twists[arm.tree.moved[0], :, 1])
+    np.testing.assert_allclose(hangs[stands], -90.0, atol=1e-3)
 
 
 def test_contraction_is_the_share_of_stiffness_that_the_load_takes_away():

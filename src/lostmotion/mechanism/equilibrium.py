@@ -14,6 +14,7 @@ the place that cannot hold.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -46,6 +47,8 @@ _PLAY_ROUNDS: Final = 4
 # larger one after one that did not; and Newton's steps in each.
 _LOAD_STEPS: Final = (1, 1 / 8, 1 / 16, 1 / 32, 1 / 64, 1 / 128, 1 / 256)
 _NEWTON_STEPS: Final = 12
+# A spring that is wound by more than a turn holds nothing: its frame comes round to balance again.
+_TURN: Final = 2 * math.pi
 # Largest step of Newton's method, as a share of the arm's length.
 _LONGEST: Final = 0.5
 
@@ -269,7 +272,7 @@ class _Settling:
 
     def falling(self, rows: NDArray[np.int64], share: Floats) -> NDArray[np.int64]:
         """Return the place that cannot hold at each of these poses under a share of its load; -1
-        where the tangent is positive.
+        where the tangent is positive and no spring is wound by a turn or more.
         """
         out = np.full(len(rows), -1)
         if not len(rows):
@@ -287,6 +290,9 @@ class _Settling:
         weakest = places[energy.argmax(axis=1)]
         out[falls] = weakest[falls]
         out[broken] = places[0]
+        turned = np.linalg.norm(self.twists[:, rows, :3], axis=2)
+        wound = turned.max(axis=0) > _TURN
+        out[wound] = turned.argmax(axis=0)[wound]
         return out
 
     def weakest(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
