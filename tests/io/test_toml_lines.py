@@ -8,6 +8,7 @@ import pytest
 
 import lostmotion
 from lostmotion.errors import InputError
+from lostmotion.io.arm_templates import template_text
 from lostmotion.io.toml_lines import key_lines
 from tests.io.conftest import EXAMPLES, mistakes
 
@@ -164,3 +165,17 @@ def test_mistakes_in_a_sidecar_a_part_and_a_request_name_their_lines(tmp_path):
         with pytest.raises(InputError) as caught:
             ask()
         assert [problem.file for problem in caught.value.problems] == [f"{wrong}:{line}"]
+
+
+def test_a_loop_of_a_leg_names_the_line_that_joins_it(tmp_path):
+    """Whichever copy cannot close."""
+    text = template_text("delta").replace('"350 mm ± 50 µm"', '"30 mm"')
+    path = tmp_path / "delta.toml"
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError) as refused:
+        lostmotion.read(path)
+    (problem,) = refused.value.problems
+    assert "apart at home" in problem.found
+    lines = text.split("\n")
+    (joins,) = (k for k, line in enumerate(lines, 1) if line.startswith("joins = "))
+    assert problem.file == f"{path}:{joins}"

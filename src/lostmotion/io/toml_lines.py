@@ -119,7 +119,11 @@ def _steps(key: str) -> Steps:
 
 
 def _by_position(steps: Steps, tree: dict[str, Any]) -> Steps:
-    """Replace the name of a joint by its position where the joints are a list."""
+    """Replace the name of a joint by its position where the joints are a list, and a closure that
+    no table states by what states it in a leg.
+    """
+    if steps[:1] == ("closures",):
+        return _of_loop(steps, tree)
     joints = tree.get("joints")
     if len(steps) < 2 or steps[0] != "joints" or not isinstance(joints, list):  # noqa: PLR2004 - the table and the name
         return steps
@@ -154,6 +158,23 @@ def _of_leg(steps: Steps, legs: Any) -> Steps:  # noqa: ANN401 - whatever a file
                     if j == 0 and own in {"place", "after"} and own in each:
                         return (*of_copy, own, *steps[3:])
                     return ("legs", k, "joints", j, *steps[2:])
+    return steps
+
+
+def _of_loop(steps: Steps, tree: dict[str, Any]) -> Steps:
+    """Replace the position of a closure, which counts those of all copies of the legs behind the
+    stated ones, by the place in the leg.
+    """
+    with suppress(KeyError, TypeError, AttributeError):  # legs that are no such tables
+        left = int(steps[1] if len(steps) > 1 else 0) - len(tree.get("closures", []))
+        if left < 0:
+            return steps
+        places: list[Steps] = []
+        for k, leg in enumerate(tree["legs"]):
+            own: list[Steps] = [("closures", c) for c in range(len(leg.get("closures", [])))]
+            own += [("joins",)] * ("joins" in leg)
+            places += [("legs", k, *each) for each in own] * len(leg["copies"])
+        return places[left] if left < len(places) else steps
     return steps
 
 
