@@ -46,8 +46,6 @@ _LONGEST_TEXT: Final = 120
 # In SI; no part of an arm is larger or smaller, heavier or stiffer, and powers of it still fit a
 # float.
 LARGEST: Final = 1e15
-# Of an angle, rad: a hundred million turns.
-_LARGEST_ANGLE: Final = 1e9
 _SMALLEST: Final = 1e-20
 
 
@@ -247,8 +245,7 @@ class Quantity:
             raise UnitError("a tolerance after ± cannot be negative")
         if value < self.low or value <= self.above or largest > self.high:
             raise UnitError("out of range")
-        most = _LARGEST_ANGLE if self.si == "rad" else LARGEST
-        if max(abs(value), abs(largest), toleranced.tolerance) > most:
+        if max(abs(value), abs(largest), toleranced.tolerance) > LARGEST:
             raise UnitError("too large to be real")
         if self.above == 0 and value < _SMALLEST:
             raise UnitError("too small to be real")

@@ -240,6 +240,7 @@ def test_three_mistakes_are_reported_at_once_with_their_lines(urdf):
         ('xyz="0.4 0 0"', 'xyz="0.4 0"', "0.4 0"),
         ('xyz="0.4 0 0"', 'xyz="0.4 0 nan"', "nan"),
         ('xyz="0.4 0 0"', 'xyz="0.4 0 1e999"', "1e999"),
+        ('xyz="0.4 0 0"', 'xyz="0.4 0 1e13"', "1e13"),
         ('xyz="0.4 0 0"', 'xyz="${x} 0 0"', "${x}"),
         ('<mass value="2"/>', "", "no mass"),
         ('<mass value="2"/>', '<mass value="inf"/>', "inf"),

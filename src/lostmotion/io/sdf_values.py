@@ -10,8 +10,8 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.io.sdf_xml import TRUE, place
 from lostmotion.io.text import numbers
+from lostmotion.io.urdf_tree import LARGEST_NUMBER
 from lostmotion.spatial import pose_by_quaternion, pose_of
-from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
     from lxml import etree
@@ -27,8 +27,6 @@ _FORMATS: Final = {_EULER: (0.0,) * 6, _QUATERNION: (*(0.0,) * 6, 1.0)}
 _ENDLESS: Final = 1e16
 _INFINITE: Final = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 _NO_NORM: Final = 1e-9
-# Of a number in the file: sums along a chain of poses stay below what an arm may have.
-_LARGEST: Final = LARGEST / 1000
 
 
 class Values:
@@ -57,7 +55,7 @@ class Values:
             values = tuple(numbers(text.split()))
         except ValueError:
             values = ()
-        if len(values) == len(default) and all(abs(value) <= _LARGEST for value in values):
+        if len(values) == len(default) and all(abs(value) <= LARGEST_NUMBER for value in values):
             return values
         count = "a finite number" if len(default) == 1 else f"{len(default)} finite numbers"
         self.refuse(element, path, shown(text), f"{count} in plain decimal notation", example)

@@ -14,6 +14,7 @@ from lostmotion.io.limits import nearest, refuse_all
 from lostmotion.io.sidecar import limits_in_sidecar
 from lostmotion.io.text import numbers, refuse
 from lostmotion.io.urdf_tree import (
+    LARGEST_NUMBER,
     LIMITED,
     LONGEST_NAME,
     MOST_ELEMENTS,
@@ -296,7 +297,7 @@ class _Reader:
             values = tuple(numbers(_BLANKS.split(stated.strip(_BLANK))))
         except ValueError:
             values = ()
-        if len(values) == len(left_out) and all(abs(value) <= LARGEST for value in values):
+        if len(values) == len(left_out) and all(abs(value) <= LARGEST_NUMBER for value in values):
             return values
         expected = "a finite number" if len(left_out) == 1 else f"{len(left_out)} finite numbers"
         expected += " in plain decimal notation"

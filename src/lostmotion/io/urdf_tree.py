@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest
+from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -25,6 +26,8 @@ MOVING: Final = (*LIMITED, "continuous")
 # What loops alone move: a ball joint, and a platform that legs carry.
 _IN_LOOPS: Final = ("ball", "floating")
 MOST_ELEMENTS: Final = 1000
+# Of a number in the file: sums along a chain of poses stay below what an arm may have.
+LARGEST_NUMBER: Final = LARGEST / 1000
 LONGEST_NAME: Final = 200  # as programs join them; a joint of the arm has a shorter one
 
 
