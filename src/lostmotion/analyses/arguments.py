@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
 from lostmotion.analyses.quantities import each_of, read_quantities
-from lostmotion.analyses.signature import Argument
+from lostmotion.analyses.signature import Argument, whole_number
 from lostmotion.errors import InputError, Mistakes, refuse_argument
 from lostmotion.units import Quantity
 
@@ -43,8 +43,6 @@ _END: Final = Quantity("m", "200 mm")
 _TURNS: Final = Quantity("rad", "30 deg")
 _SLIDES: Final = Quantity("m", "200 mm")
 _FEWEST_ROBOTS: Final = 1
-# Digits of a number of poses; Python reads no integer of thousands.
-_MOST_DIGITS: Final = 20
 # Ends along the base's axes: as text, or in m.
 Ends: TypeAlias = "str | Mapping[str, tuple[Amount, Amount]]"
 # A zone of the workspace: its ends, or which poses are in it.
@@ -117,20 +115,15 @@ def _calibrated(arm: Arm, calibration: object) -> Arm:
     return arm.calibrated(calibration)
 
 
-def _is_whole(text: str) -> bool:
-    digits = text[text.startswith(("+", "-")) :]
-    return digits.isascii() and digits.isdigit() and len(digits) < _MOST_DIGITS
-
-
 def poses_of(name: str, value: Any, given: Mapping[str, Any]) -> int | Poses:  # noqa: ANN401 - whatever a user passes
     """Return how many poses are wanted, or those given: as `Poses`, as joint values (pose, joint)
     in rad and m, or in a CSV file.
 
     Raises InputError with every mistake in the file.
     """
-    count = int(value) if isinstance(value, str) and _is_whole(value.strip()) else value
-    if isinstance(count, Integral) and not isinstance(count, bool) and int(count) >= 1:
-        return int(count)
+    count = whole_number(value)
+    if count is not None and count >= 1:
+        return count
     is_file = isinstance(value, os.PathLike) or (
         isinstance(value, str) and (value.lower().endswith(".csv") or os.path.exists(value))  # noqa: PTH110
     )

@@ -171,12 +171,7 @@ class QuestionParameter:
 
     def _whole(self, value: object) -> int:
         least, most = self.argument.least, self.argument.most
-        number: object = (
-            int(value) if isinstance(value, str) and _WHOLE.fullmatch(value.strip()) else value
-        )
-        whole = (
-            int(number) if isinstance(number, Integral) and not isinstance(number, bool) else None
-        )
+        whole = whole_number(value)
         if (
             whole is not None
             and (least is None or whole >= least)
@@ -194,6 +189,13 @@ class QuestionParameter:
             each for each in (None if self.required else self.default, least, 1) if each is not None
         )
         raise refuse_argument(self.name, value, f"a whole number{ends}", **{self.name: example})
+
+
+def whole_number(value: object) -> int | None:
+    """Return a whole number, as such or as people type it; None for anything else."""
+    if isinstance(value, str) and _WHOLE.fullmatch(value.strip()):
+        return int(value)
+    return int(value) if isinstance(value, Integral) and not isinstance(value, bool) else None
 
 
 def _type_text(kind: Any) -> str:  # noqa: ANN401 - any annotation

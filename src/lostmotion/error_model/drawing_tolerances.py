@@ -3,9 +3,9 @@
 Every tolerance is a linear map of the errors of all places, followed by a norm: across the axis of
 a cylinder, along the axes of a box, after a frame or a reference line was fitted. So its mean
 square follows without sampling, and samples need one matrix product; they turn a fitted frame back
-to second order. Errors are small: rotation
-vector and displacement of the tool point, base axes. Lines, circles and planes are least-squares
-references (ISO 12780-1, 12181-1, 12781-1), whose deviation is never below that of the minimum zone.
+to second order. Errors are small: rotation vector and displacement of the tool point, base axes.
+Lines, circles and planes are least-squares references (ISO 12780-1, 12181-1, 12781-1), whose
+deviation is never below that of the minimum zone.
 """
 
 from __future__ import annotations

@@ -255,13 +255,12 @@ def _apart(
     """Return beam and loads with places that lie closer together than `_SAME_PLACE` moved to the
     first of them. Raises ValueError for a piece or a foundation as short as that.
     """
-    spans: tuple[BeamPiece | Foundation, ...] = (*beam.pieces, *beam.foundations)
-    ends = [end for each in spans for end in (each.start, each.end)]
-    places = np.unique([*ends, *(each.at for each in beam.supports), *itertools.chain(*loads)])
+    places = _breaks(beam, loads)
     first = np.diff(places, prepend=-math.inf) > _SAME_PLACE * (places[-1] - places[0])
     if first.all():
         return beam, loads
     to = dict(zip(places.tolist(), places[first][np.cumsum(first) - 1].tolist(), strict=True))
+    spans: tuple[BeamPiece | Foundation, ...] = (*beam.pieces, *beam.foundations)
     lost = [f"{one.start:g} to {one.end:g} m" for one in spans if to[one.start] == to[one.end]]
     if lost:
         raise ValueError(
@@ -275,14 +274,18 @@ def _apart(
     return moved, [(to[low], to[high]) for low, high in loads]
 
 
+def _breaks(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Floats:
+    """Return all places (m) of a beam and its loads in order, each once."""
+    spans: tuple[BeamPiece | Foundation, ...] = (*beam.pieces, *beam.foundations)
+    ends = [end for each in spans for end in (each.start, each.end)]
+    return np.unique([*ends, *(each.at for each in beam.supports), *itertools.chain(*loads)])
+
+
 def _nodes(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Floats:
     spread = [(each.start, each.end) for each in beam.foundations] + [
         load for load in loads if load[1] > load[0]
     ]
-    ends = [end for each in beam.pieces for end in (each.start, each.end)] + [
-        each.at for each in beam.supports
-    ]
-    breaks = np.unique(np.array(ends + [end for each in (*spread, *loads) for end in each]))
+    breaks = _breaks(beam, loads)
     out = [breaks[:1]]
     for low, high in itertools.pairwise(breaks):
         fine = beam.pieces[0].second is not None or any(
