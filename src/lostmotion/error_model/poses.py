@@ -1,4 +1,6 @@
-"""Samples of poses within the joint limits, by a distribution of the user's choice."""
+"""Samples of poses within the joint limits, or with the tool in its box, by a distribution of the
+user's choice.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,7 @@ import numpy as np
 from lostmotion.error_model.draws import sobol, uniforms
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import Normal
-from lostmotion.mechanism.assembly import affordable, assembled
+from lostmotion.mechanism.assembly import affordable, drives_at, pose_ranges
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
@@ -71,13 +73,14 @@ class Poses:
 
 
 def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) -> Poses:
-    """Return at least `count` poses within the joint limits of this arm.
+    """Return at least `count` poses within the joint limits of this arm, or with the tool in the
+    box that the file of a closed chain states.
 
-    sobol    eight independently scrambled Sobol sequences, which cover the joint ranges evenly
+    sobol    eight independently scrambled Sobol sequences, which cover the ranges evenly
     uniform  every value within the limits equally likely
     normal   normal about mid-range with a standard deviation of range/6, truncated at the limits,
              as in the paper
-    grid     equal steps in every joint, ends included
+    grid     equal steps in every range, ends included
 
     The count is rounded up: to eight times a power of two (sobol), to a multiple of eight (uniform,
     normal), to a full grid. Of a closed chain only poses at which it is assembled are returned: so
@@ -85,35 +88,38 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
     Raises InputError for an unknown law, a count below one or above ten million, or a closed chain
     that is assembled at hardly any pose.
     """
-    sampled, tried = _within_limits(arm, count, law, seed), count
-    inside = assembled(arm, sampled.q)
+    sampled, tried = _within_ranges(arm, count, law, seed), count
+    q, inside = drives_at(arm, sampled.q)
     if inside.all():
-        return sampled
+        return Poses(q, law, sampled.replicates)
     while tried < count * _MOST_TRIED and law != "grid":
         tried *= 2
-        longer = _within_limits(arm, tried, law, seed)
-        sets = assembled(arm, longer.q).reshape(REPLICATES, -1)
+        longer, kept = drives_at(arm, _within_ranges(arm, tried, law, seed).q)
+        sets = kept.reshape(REPLICATES, -1)
         each = len(sampled) // REPLICATES
         if sets.sum(axis=1).min() >= each:
             rows = [np.flatnonzero(row)[:each] + k * len(row) for k, row in enumerate(sets)]
-            return Poses(longer.q[np.concatenate(rows)], law, REPLICATES)
+            return Poses(longer[np.concatenate(rows)], law, REPLICATES)
     if law == "grid" and inside.any():
-        return Poses(sampled.q[inside], law)
+        return Poses(q[inside], law)
+    expected = "limits of the drives within which it is assembled"
     raise refuse_argument(
         "poses",
         f"a closed chain that is assembled at {np.count_nonzero(inside)} of {len(inside)} poses",
-        "limits of the drives within which it is assembled",
+        expected if arm.workspace is None else "a box in [workspace] that its tool reaches",
         poses=count,
     )
 
 
-def _within_limits(arm: Arm, count: int, law: PoseLaw, seed: int) -> Poses:
-    """Return the poses of a law within the joint limits, rounded up as in `sample_poses`."""
+def _within_ranges(arm: Arm, count: int, law: PoseLaw, seed: int) -> Poses:
+    """Return the values of a law in the ranges of `pose_ranges`, rounded up as in
+    `sample_poses`.
+    """
     if law not in POSE_LAWS:
         raise refuse_argument("pose_law", law, "one of " + ", ".join(POSE_LAWS), pose_law="sobol")
     if not 1 <= count <= MOST_POSES:
         raise refuse_argument("poses", count, f"from 1 to {MOST_POSES}", poses=2048)
-    low, high = arm.limits.T
+    low, high = pose_ranges(arm).T
     joints = len(low)
     if law == "grid":
         steps = max(math.ceil(count ** (1 / joints) - 1e-9), 1)

@@ -12,15 +12,17 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
 from lostmotion.mechanism.calibration import Calibration
-from lostmotion.mechanism.closed_chain import assembly_error, closed_remarks, closing_error
+from lostmotion.mechanism.closed_box import box_error, closed_remarks
+from lostmotion.mechanism.closed_chain import assembly_error, closing_error
 from lostmotion.mechanism.closures import Closure
-from lostmotion.mechanism.holding import holding_loads, spread_evenly
+from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.load_gradient import soft_freedoms
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on, remarks_on_ranges, temperature_remarks
 from lostmotion.mechanism.shape import Body, bodies_of
 from lostmotion.mechanism.tool import Payload, Tool
+from lostmotion.mechanism.workspace_box import WorkspaceBox
 from lostmotion.parts.bands import unknown_values
 from lostmotion.parts.base import Base
 from lostmotion.parts.environment import Environment
@@ -63,6 +65,7 @@ class Arm(Part):
     payload  mass held by the tool, and the process force and moment
     gravity  magnitude of the acceleration of free fall, m/s^2
     environment  temperature at which the arm works
+    workspace  box of the tool of a closed chain in which poses are sampled
     notes    text that is repeated with every result
     """
 
@@ -75,6 +78,7 @@ class Arm(Part):
     payload: Payload = Payload()
     gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
     environment: Environment = Environment()
+    workspace: WorkspaceBox | None = None
     notes: Annotated[
         tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)
     ] = ()
@@ -123,6 +127,7 @@ class Arm(Part):
     def _closes(self) -> Self:
         wrong = closing_error(self.joints, self.closures)
         wrong = wrong or (assembly_error(self.joints, self.tree) if self.closures else None)
+        wrong = wrong or (box_error(self.tree, self.workspace) if self.workspace else None)
         if wrong:
             raise _refusal(*wrong[1:], path=wrong[0])
         return self
@@ -263,9 +268,7 @@ class Arm(Part):
 
     @functools.cached_property
     def home(self) -> Floats:
-        """Return the values of the driven joints at home (joint,), rad or m: by default the middle
-        of their limits.
-        """
+        """Return the driven joints at home (joint,), rad or m: by default mid-range."""
         return np.array(self.tree.home) if self.closures else self.limits.mean(axis=1)
 
     @property
@@ -290,7 +293,7 @@ class Arm(Part):
             *remarks_on_ranges(unknown_values(self)),
             *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
             *temperature_remarks(self.joints, self.environment),
-            *closed_remarks(self.tree, spread_evenly(self.limits)),
+            *closed_remarks(self.tree, self.limits, self.workspace),
         )
 
     @functools.cached_property
@@ -368,9 +371,7 @@ class Arm(Part):
 
     @property
     def joints_without_price(self) -> tuple[str, ...]:
-        """Return the names of the moving joints without a price, stated neither for the joint nor
-        for its gearbox.
-        """
+        """Return the names of moving joints with a price neither of their own nor of a gearbox."""
         return tuple(joint.name for joint in self.moving if joint.total_price is None)
 
     @functools.cached_property

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.closed_arrays import ASSEMBLED
+from lostmotion.mechanism.closed_box import drives_in_box
 from lostmotion.mechanism.closed_position import assemble
 
 if TYPE_CHECKING:
@@ -30,6 +31,29 @@ def assembled(arm: Arm, q: Floats) -> NDArray[np.bool_]:
         here = slice(first, first + _BLOCK)
         out[here] = assemble(arm.tree, q[here]).problem == ASSEMBLED
     return out
+
+
+def pose_ranges(arm: Arm) -> Floats:
+    """Return the ranges (value, 2), rad or m, in which poses are sampled: the limits of the drives,
+    or those of the box of the tool that the file of a closed chain states.
+    """
+    return arm.limits if arm.workspace is None else arm.workspace.ranges
+
+
+def drives_at(arm: Arm, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the joint values (pose, joint), rad or m, for values (pose, value) in the ranges of
+    `pose_ranges`, and whether (pose,) the arm is assembled there, within the limits of its joints.
+
+    Joint values of other poses have no meaning.
+    """
+    if arm.workspace is None:
+        return values, assembled(arm, values)
+    q, inside = np.empty((len(values), len(arm.driven))), np.empty(len(values), dtype=bool)
+    for first in range(0, len(values), _BLOCK):
+        here = slice(first, first + _BLOCK)
+        q[here], problem = drives_in_box(arm.tree, arm.limits, arm.workspace, values[here])
+        inside[here] = problem == ASSEMBLED
+    return q, inside
 
 
 def may_not_assemble(arm: Arm) -> bool:

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.mechanism.closed_arrays import ASSEMBLED, NOT_ASSEMBLED, SINGULAR
+from lostmotion.mechanism.closed_arrays import ASSEMBLED, SINGULAR
 from lostmotion.mechanism.closed_home import home_of, nearby_rank, rank_of
 from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, size, tool_columns
 from lostmotion.mechanism.closed_position import (
     LIMITED,
-    MOST_GAIN,
     NEAR_SINGULAR,
     assemble,
     joint_value,
@@ -306,42 +305,6 @@ def problem_text(tree: Tree, assembly: Assembly, pose: int) -> str:
     if problem == SINGULAR:
         return "it lies beyond a parallel singularity of the closed chain"
     return "the closed chain cannot be assembled there"
-
-
-def closed_remarks(tree: Tree, q: Floats) -> tuple[str, ...]:
-    """Return remarks on a closed chain: its freedoms and constraints, and how many of these poses
-    of the drives (pose, joint) are excluded, and why; none for an arm without closures.
-    """
-    if not tree.welds:
-        return ()
-    home, found = home_of(tree), assemble(tree, q)
-    freedoms, drives = home.jacobian.shape[2] + len(tree.moved), len(tree.moved)
-    redundant = home.jacobian.shape[1] - home.rank
-    idle = f" and {home.idle} idle, which leave the tool still" if home.idle else ""
-    counted = (
-        f"closed chain: {freedoms} freedoms - rank {home.rank} of {len(tree.welds)} closures = "
-        f"{freedoms - home.rank}, of {drives} drives{idle}; "
-        + (f"over-constrained {redundant} times" if redundant else "exactly constrained")
-    )
-    shares = {
-        "beyond a parallel singularity": SINGULAR,
-        "not assembled": NOT_ASSEMBLED,
-        "a passive joint outside its limits": LIMITED,
-        f"near a parallel singularity (gain above {MOST_GAIN:g} times that at home)": NEAR_SINGULAR,
-    }
-    listed = [
-        f"{100 * share:.3g} % {name}"
-        for name, problem in shares.items()
-        if (share := float((found.problem == problem).mean()))
-    ]
-    excluded = f"poses of the drives excluded, of {len(q)} spread evenly between their limits: " + (
-        ", ".join(listed) or "none"
-    )
-    return (
-        counted,
-        f"{excluded}. Not counted: friction of passive joints, and legs that touch each other",
-        "loads of a closed chain act in its undeflected shape: deflections are of first order",
-    )
 
 
 def refuse_closed(tree: Tree, what: str, instead: str) -> None:

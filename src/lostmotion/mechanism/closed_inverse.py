@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.closed_arrays import ASSEMBLED
+from lostmotion.mechanism.closed_arrays import ASSEMBLED, MET, NOT_ASSEMBLED
 from lostmotion.mechanism.closed_chain import assembled_frames
 from lostmotion.mechanism.closed_home import home_of
-from lostmotion.mechanism.closed_inverse_kernel import reach
 from lostmotion.mechanism.closed_jacobian import motion_units, size, twist_units
 from lostmotion.mechanism.closed_position import NEAR_SINGULAR, assemble, chain_of
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
 
@@ -24,6 +25,9 @@ _LONGEST_STEP: Final = 0.4
 # Where continuation from home puts the tool elsewhere, by more than so many times the difference at
 # which a pose counts as reached, the steps have led to another assembly mode.
 _ELSEWHERE: Final = 100.0
+# A drive is outside its limits: besides the problems of `assemble`.
+OUT_OF_RANGE: Final = 5
+_MOST_STEPS: Final = 40
 
 
 def tool_and_columns(tree: Tree, q: Floats) -> tuple[Floats, Floats]:
@@ -59,6 +63,47 @@ def solved(
     has a passive joint outside its limits, is near a parallel singularity, or is in another
     assembly mode. So the chain is assembled at all values that are returned.
     """
+    begin, q, done, problem = _ends(tree, limits, wanted, start, rows, tolerance, steps)
+    there = problem == ASSEMBLED
+    q[~there] = begin[~there]
+    return q, done & there
+
+
+def reached_from_home(
+    tree: Tree, limits: Floats, wanted: Floats, rows: np.ndarray, tolerance: float
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Return values of the drives (pose, drive), rad or m, that bring the tool from home to the
+    wanted poses (pose, 4, 4), m, and what is wrong with each (pose,): `ASSEMBLED` for nothing,
+    `NOT_ASSEMBLED` where it is not reached, `OUT_OF_RANGE` where a drive is outside its limits, or
+    a problem of `assemble`.
+
+    Arguments as `solved`. The limits of the drives do not bend the way: those of poses that are not
+    reached without them count last.
+    """
+    without = np.repeat([[-np.inf, np.inf]], len(limits), axis=0)
+    start = np.tile(np.array(tree.home), (len(wanted), 1))
+    _, q, done, problem = _ends(tree, without, wanted, start, rows, tolerance, _MOST_STEPS)
+    low, high = limits.T
+    out = ((q < low - MET) | (q > high + MET)).any(axis=1)
+    problem[(problem == ASSEMBLED) & out] = OUT_OF_RANGE
+    problem[~done] = NOT_ASSEMBLED
+    return np.clip(q, low, high), problem
+
+
+def _ends(
+    tree: Tree,
+    limits: Floats,
+    wanted: Floats,
+    start: Floats,
+    rows: np.ndarray,
+    tolerance: float,
+    steps: int,
+) -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.int64]]:
+    """Return values of the drives (pose, drive) where the steps begin and where they end, whether
+    (pose,) they end at the wanted poses, and what `assemble` finds there (pose,).
+    """
+    from lostmotion.mechanism.closed_inverse_kernel import reach
+
     chain, drives = chain_of(tree), motion_units(tree, tree.moved)
     first = assemble(tree, start)
     good = first.problem == ASSEMBLED
@@ -84,6 +129,5 @@ def solved(
     last = assemble(tree, q)
     # passive joints are not compared: idle freedoms stand as the way to them has left them
     away = np.abs(last.frames[-1, :, :3] - tools).max(axis=(1, 2))
-    there = (last.problem == ASSEMBLED) & (away < _ELSEWHERE * tolerance)
-    q[~there] = begin[~there]
-    return q, done & there
+    problem = np.where(away < _ELSEWHERE * tolerance, last.problem, NOT_ASSEMBLED)
+    return begin, q, done, problem

@@ -242,7 +242,8 @@ def _refuse_excluded(arms: Iterable[Arm], law: Law, poses: int | Path, seed: int
             for first in range(0, poses, each)
         ]
         q = np.concatenate(rows)
-        excluded = np.count_nonzero(~assembled(arm, q))
+        known = np.isfinite(q).all(axis=1)
+        excluded = len(q) - np.count_nonzero(assembled(arm, q[known]))
         if excluded:
             raise refuse_argument(
                 "poses",

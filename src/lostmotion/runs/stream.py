@@ -14,6 +14,7 @@ from lostmotion.error_model.draws import key, sobol
 from lostmotion.error_model.poses import REPLICATES
 from lostmotion.errors import LostmotionError, refuse_argument
 from lostmotion.laws.distributions import Normal
+from lostmotion.mechanism.assembly import drives_at, pose_ranges
 from lostmotion.runs.job import MOST_POSES
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
     if not 1 <= poses <= MOST_POSES:
         raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", poses=100000)
     if law == "grid":
-        joints = len(arm.driven)
+        joints = len(pose_ranges(arm))
         steps = max(math.ceil(poses ** (1 / joints) - 1e-9), 1)
         if steps**joints > MOST_POSES:
             found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
@@ -61,11 +62,17 @@ def steps_of(poses: int, joints: int) -> int:
 
 def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: int) -> Floats:
     """Return the poses (pose, joint) from number `first` up to `last` in a row of `poses`, rounded
-    already, rad or m.
-
-    q (pose, joint), rad or m; within one set.
+    already, rad or m; within one set. NaN where the box of the tool has no such pose.
     """
-    low, high = arm.limits.T
+    values = _values_between(arm, law, poses, seed, first, last)
+    if arm.workspace is None:
+        return values
+    q, inside = drives_at(arm, values)
+    return np.where(inside[:, None], q, np.nan)
+
+
+def _values_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: int) -> Floats:
+    low, high = pose_ranges(arm).T
     joints = len(low)
     if law == "given":
         raise ValueError("poses that are given follow from no law")
