@@ -20,6 +20,7 @@ from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.standing import bytes_of, forget_states, standing_at
 from lostmotion.mechanism.state import BLOCK, as_poses, blocks_of
 from lostmotion.parts import forms_together
+from lostmotion.parts.term import LOADS
 from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
@@ -35,10 +36,6 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.state import State
     from lostmotion.parts.term import Form, Threshold
     from lostmotion.spatial import Floats
-
-
-# What a form reads where loads change its screw.
-_LOADS: Final = frozenset({"wrench", "weight", "gravity"})
 
 
 @dataclass(frozen=True)
@@ -294,7 +291,7 @@ class Columns:
         self._place = np.array([info.of.place for info in infos], dtype=int)
         self._scale = np.array([info.of.term.scale for info in infos])
         forms = [info.of.term.form for info in infos]
-        loaded = [not _LOADS.isdisjoint(form.reads) for form in forms]
+        loaded = [not LOADS.isdisjoint(form.reads) for form in forms]
         self.fixed = ~np.array(loaded, dtype=bool)
         self.jumps = np.array([form.jumps for form in forms], dtype=bool)
         # without the sides of a known approach, which are no part of the equilibrium
@@ -342,7 +339,7 @@ class Columns:
         for family in self._families:
             of, row = family.of, family.row
             form = of.term.form
-            if known is not None and _LOADS.isdisjoint(form.reads):
+            if known is not None and LOADS.isdisjoint(form.reads):
                 continue
             condition = conditions(of)
             if row is not None and form.threshold is not None and row not in done:

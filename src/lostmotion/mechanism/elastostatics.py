@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.parts.term import LOADS
+
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedTerm
@@ -80,6 +82,19 @@ def elastic_terms(arm: Arm) -> list[PlacedTerm]:
     """Return the terms that deflect under load: design terms with an elastic form."""
     return [
         placed for placed in arm.terms if placed.term.form.elastic and placed.term.level == "design"
+    ]
+
+
+def sagging_terms(arm: Arm) -> list[PlacedTerm]:
+    """Return the terms that the arm's own loads deflect: the elastic ones, the bending of links
+    under their own weight, and what controllers feed forward; not those of plays.
+    """
+    return [
+        placed
+        for placed in arm.terms
+        if placed.term.level == "design"
+        and not placed.term.form.jumps
+        and not LOADS.isdisjoint(placed.term.form.reads)
     ]
 
 

@@ -15,7 +15,7 @@ from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.closed_chain import assembled_frames, closed_statics, taken_up
 from lostmotion.mechanism.closed_composition import composed
 from lostmotion.mechanism.conditions import Conditions, springs_under
-from lostmotion.mechanism.elastostatics import Compliances, elastic_terms
+from lostmotion.mechanism.elastostatics import Compliances, elastic_terms, sagging_terms
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.frames import place_frames, steps_between, tool_point
 from lostmotion.mechanism.load_changes import tangent
@@ -23,7 +23,7 @@ from lostmotion.mechanism.wrenches import place_wrenches, process_wrenches, weig
 from lostmotion.spatial import exp, mapped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -224,7 +224,7 @@ class State:
         springs = elastic_terms(self.arm)
         parts = tuple(dict.fromkeys(placed.owner for placed in springs))
         by_part = np.zeros((len(parts), len(self), 6, 6))
-        for placed, carried, condition in self._elastic():
+        for placed, carried, condition in self._carried(springs):
             own = placed.term.scale * placed.term.form.compliance(condition)
             by_part[parts.index(placed.owner)] += carried @ own @ carried.transpose(0, 2, 1)
         return Compliances(parts, by_part, np.array(self.frames[-1, :, :3, 3]))
@@ -242,10 +242,12 @@ class State:
         """Return rotation and displacement of the tool (pose, 6; rad, m) by which the arm's own
         loads deflect its parts, first order.
 
-        The loads are the weights of arm and payload, and the process force, in these frames.
+        The loads are the weights of arm and payload, and the process force, in these frames; of the
+        weights' torque a servo's controller takes off what it feeds forward. Plays stay as they
+        are.
         """
         out = np.zeros((len(self), 6))
-        for placed, carried, condition in self._elastic():
+        for placed, carried, condition in self._carried(sagging_terms(self.arm)):
             moved = placed.term.scale * placed.term.form.screw(condition)
             out += np.einsum("pij,jp->pi", carried, moved)
         return out
@@ -269,7 +271,8 @@ class State:
             )
         load = np.broadcast_to(load, (len(self), 6))
         out = np.zeros((len(self), 6))
-        for placed, carried, before in self._elastic():
+        springs = elastic_terms(self.arm)
+        for placed, carried, before in self._carried(springs):
             added = np.einsum("pji,pj->ip", carried, load)
             more = replace(before, wrench=before.wrench + added)
             form = placed.term.form
@@ -277,10 +280,12 @@ class State:
             out += np.einsum("pij,jp->pi", carried, moved)
         return out
 
-    def _elastic(self) -> Iterator[tuple[PlacedTerm, Floats, Condition]]:
-        """Yield each elastic term with the carry matrix and the condition of its place."""
+    def _carried(
+        self, terms: Iterable[PlacedTerm]
+    ) -> Iterator[tuple[PlacedTerm, Floats, Condition]]:
+        """Yield each of these terms with the carry matrix and the condition of its place."""
         conditions = self.conditions()
-        for place, group in itertools.groupby(elastic_terms(self.arm), lambda each: each.place):
+        for place, group in itertools.groupby(terms, lambda each: each.place):
             carried = self.carry(place)
             for placed in group:
                 yield placed, carried, conditions(placed)

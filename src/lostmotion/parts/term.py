@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from lostmotion.units import Toleranced
 
 Level = Literal["design", "robot", "visit", "robot x visit"]
+# What a form reads where loads change its screw.
+LOADS: Final = frozenset({"wrench", "weight", "gravity"})
 _Value = TypeVar("_Value")
 
 

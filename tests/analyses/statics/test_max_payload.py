@@ -344,3 +344,29 @@ def test_a_cantilever_is_as_stiff_as_its_bending_and_stretching(tmp_path):
     assert along == pytest.approx(stretching, rel=1e-6)
     assert found.axis_compliance[2, 0] == pytest.approx(across, rel=1e-6)
     assert found.axis_compliance[1, 2] == pytest.approx((across + along) / 2, rel=1e-6)
+
+
+def test_what_a_servo_feeds_forward_is_no_sag(tmp_path):
+    """A stiff arm whose controller knows 70 % of its weights sags by the rest: t = 0.3 m g l / K at
+    the horizontal, so that the payload may be more than three times as large.
+    """
+    text = """
+name = "servo"
+[payload]
+mass = "0.5 kg"
+[[joints]]
+name = "lift"
+type = "revolute"
+axis = "-y"
+limits = ["-90 deg", "90 deg"]
+gearbox = { ratio = 100 }
+servo = { stiffness = "2000 N m/rad", gravity_compensation = "SHARE" }
+link = { length = "300 mm", rigid = true }
+"""
+    limit = 1e-3
+    for share in (0.0, 0.7, 0.9):
+        arm = arm_of(tmp_path, text.replace("SHARE", f"{share:.0%}"))
+        assert not arm.soft_freedoms
+        found = max_payload(arm, Poses(np.zeros((1, 1)), "given"), None, limit, None).limits[1]
+        expected = limit * 2000 / ((1 - share) * G * 0.3**2)
+        assert found.values[0] == pytest.approx(expected, rel=1e-4)

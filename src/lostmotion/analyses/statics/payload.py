@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from lostmotion.error_model.overload import rated_torques
+from lostmotion.mechanism.elastostatics import sagging_terms
 from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.mechanism.tool import Payload
 from lostmotion.spatial import cross
@@ -192,11 +193,13 @@ def _loads_of_drives(arm: Arm, q: Floats, tilt: float | None) -> Callable[[Float
 
 def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     """Return the limit by the displacement of the tool due to its own weight and the payload's, m:
-    of a soft arm where it stands, of a stiff one of first order.
+    of a soft arm where it stands, of a stiff one of first order; without what servos feed forward.
     """
     bare = arm.with_payload(Payload(centre_of_mass=arm.payload.centre_of_mass))
     if arm.soft_freedoms:
         return _by_values("sag", bare, q, limit, functools.partial(_droops, bare))
+    if any("weight" in each.term.form.reads for each in sagging_terms(arm)):  # fed forward
+        return _by_values("sag", bare, q, limit, functools.partial(_sags, bare))
     state = state_of(bare, q)
     at = state.frames[-1]
     weight = np.broadcast_to(arm.gravity_in_base, (len(q), 3))
@@ -229,6 +232,13 @@ def _droops(bare: Arm, mass: float, q: Floats) -> Floats:
     found = state_of(_with_mass(bare, mass), q).settled()
     away = found.frames[-1, :, :3, 3] - found.commanded[-1, :, :3, 3]
     return np.asarray(np.nan_to_num(np.linalg.norm(away, axis=1), nan=math.inf))
+
+
+def _sags(bare: Arm, mass: float, q: Floats) -> Floats:
+    """Return how far the tool of the arm with a payload of this mass sags (pose,), m, to first
+    order.
+    """
+    return np.asarray(np.linalg.norm(state_of(_with_mass(bare, mass), q).sag[:, 3:], axis=1))
 
 
 def _root(own: Floats, slope: Floats, limit: float) -> Floats:
