@@ -29,7 +29,7 @@ _FEWEST_STEPS: Final = 4
 # Steps after which what is chosen by evidence is settled.
 _CHOICES: Final = 3
 # Change of the estimates, in prior deviations, at which the iteration ends.
-_SETTLED: Final = 1e-6
+_SETTLED: Final = 1e-8
 # Distance of a measurement from its prediction, in deviations, from which it is weighted down.
 _FAR: Final = 4.5
 
@@ -41,7 +41,7 @@ class Estimates:
     mean, covariance  of the draws and of the instrument's unknowns, in deviations of the terms
     variances         prior variances that were used
     prior             prior variances before any was widened
-    noise             standard deviation of a coordinate, m
+    noise             standard deviation of a coordinate, m, beside what repeats show
     weights           (pose,) 1, or less where a measurement is far off
     evidence          log evidence, nats
     released          errors out of tolerance
@@ -76,13 +76,16 @@ def linearised(
     model: RobotModel, instrument: Instrument, mean: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return residuals (pose, row), columns (pose, row, unknown) and the covariance of the scatter
-    (pose, row, row) at estimates of the draws and of the instrument's unknowns.
+    (pose, row, row), with what repeats show of it, at estimates of the draws and of the
+    instrument's unknowns.
     """
     draws, unknowns = np.split(mean, [len(model.streams)])
     rows = instrument.rows(model.frames(draws), unknowns)
     by = rows.by_twist
     columns = np.concatenate([by @ model.columns, rows.by_unknown], axis=2)
-    return rows.residual, columns, by @ model.scatter @ by.transpose(0, 2, 1)
+    covariance = by @ model.scatter @ by.transpose(0, 2, 1)
+    covariance = covariance + model.reading[:, None, None] * np.diag(instrument.noise**2)
+    return rows.residual, columns, covariance
 
 
 def whitened(residual: Floats, covariance: Floats) -> Floats:

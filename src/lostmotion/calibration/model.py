@@ -39,6 +39,8 @@ class RobotModel:
     columns     (pose, 6, stream) motion of the tool per unit draw, in the nominal arm, where a soft
                 one stands
     scatter     (pose, 6, 6) covariance of the motions by all errors that are not estimated
+    sides       (pose, 6, 6) the part of it by sides of approach that are not known
+    reading     (pose,) variance of what is measured by what repeats show, m^2; zero without any
     """
 
     matrices: tuple[PoseMatrix, ...]
@@ -47,6 +49,8 @@ class RobotModel:
     of: NDArray[np.int64]
     columns: Floats
     scatter: Floats
+    sides: Floats
+    reading: Floats
 
     def __len__(self) -> int:
         """Return the number of poses."""
@@ -65,6 +69,8 @@ class RobotModel:
             load=self.load[rows],
             columns=self.columns[rows],
             scatter=self.scatter[rows],
+            sides=self.sides[rows],
+            reading=self.reading[rows],
         )
 
     def keeping(self, kept: NDArray[np.int64]) -> RobotModel:
@@ -135,19 +141,23 @@ def model_of(
             of[k] = streams.setdefault(info.robot, len(streams))
         elif info.level == "design":
             of[k] = -1
-    columns, scatter = np.zeros((len(q), 6, len(streams))), np.zeros((len(q), 6, 6))
+    columns, scatter = np.zeros((len(q), 6, len(streams))), np.zeros((2, len(q), 6, 6))
     for number, matrix in enumerate(matrices):
         rows = np.flatnonzero(load == number)
         for column in np.flatnonzero(of >= 0):
             columns[rows, :, of[column]] += matrix.tool[rows, :, column]
+        sided = {info.visit for info in matrix.infos if info.of.term.sided}
         others = [
-            k
+            (k, info.visit is not None and info.visit in sided)
             for k, info in enumerate(matrix.summed.infos)
             if info.level != "design" and not (info.visit is None and info.closing is None)
         ]
-        rest = matrix.summed.tool[rows][:, :, others]
-        scatter[rows] = rest @ rest.transpose(0, 2, 1)
-    return RobotModel(matrices, load, tuple(streams), of, columns, scatter)
+        for of_side in (False, True):
+            kept = [k for k, side in others if side is of_side]
+            rest = matrix.summed.tool[rows][:, :, kept]
+            scatter[int(of_side), rows] = rest @ rest.transpose(0, 2, 1)
+    every, sides = scatter.sum(axis=0), scatter[1]
+    return RobotModel(matrices, load, tuple(streams), of, columns, every, sides, np.zeros(len(q)))
 
 
 def with_payload(arm: Arm, mass: float) -> Arm:

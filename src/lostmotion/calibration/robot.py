@@ -10,13 +10,14 @@ import numpy as np
 from lostmotion.calibration import validation
 from lostmotion.calibration.alignment import to_base
 from lostmotion.calibration.choices import LEAST_GAIN, Asked
-from lostmotion.calibration.drift import Drifting, drifting
+from lostmotion.calibration.drift import drifting
 from lostmotion.calibration.fit import fit
 from lostmotion.calibration.instruments import FullPoses, Points
 from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.model import model_of, with_payload
 from lostmotion.calibration.partial import instrument_of
 from lostmotion.calibration.reduction import in_best_frames, reduced
+from lostmotion.calibration.repeats import at_poses, repeats_of
 from lostmotion.calibration.tags import tags_of
 from lostmotion.calibration.terms import (
     Deviations,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.ladder import Climb, Prior, Terms
     from lostmotion.calibration.model import RobotModel
+    from lostmotion.calibration.repeats import AtPoses, Repeats
     from lostmotion.calibration.validation import HeldOut
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -52,6 +54,8 @@ _ORDERS: Final = 32
 _FEWEST_PERIODIC: Final = 12
 # Number of poses over the workspace at which the covariance is compared with its factor.
 _POSES: Final = 256
+# Least noise beside what repeats show, m: of a stated noise that is no larger than their scatter.
+LEAST_NOISE: Final = 1e-9
 # Rise of the log evidence per coordinate, nats, by which a sign of differences is decided.
 _DECISIVE: Final = 0.01
 # Deviation of the wind-up of a joint under the largest torque of the measurement, rad.
@@ -108,7 +112,9 @@ class Robot:
     sign         -1 where measured differences are read as commanded less attained
     favoured     sign that the measurement decides for; 0: either fits about as well
     errors       of the robot, largest effect first
-    rows         (pose,) rows of the measurement that were used
+    poses        (pose,) numbers of the measured poses that were used
+    repeats      which visits are of one pose
+    repeated     what repeats show
     aside        measurements that were kept aside, against predictions; None: all were used
     """
 
@@ -123,7 +129,9 @@ class Robot:
     sign: int
     favoured: int
     errors: tuple[EstimatedError, ...]
-    rows: NDArray[np.int64]
+    poses: NDArray[np.int64]
+    repeats: Repeats
+    repeated: AtPoses
     aside: HeldOut | None = None
 
     @property
@@ -135,6 +143,10 @@ class Robot:
     def calibrated(self) -> Arm:
         """Return the arm of this robot."""
         return self.arm.calibrated(self.calibration)
+
+    def noise(self, found: Estimates) -> float:
+        """Return the standard deviation of a coordinate at one visit, m, by a fit."""
+        return float(np.hypot(found.noise, self.repeated.reading**0.5))
 
 
 def robot_of(  # noqa: PLR0913 - a calibration is these choices
@@ -161,28 +173,33 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     where neither points nor differences are measured.
     """
     chosen = sizes or Deviations()
-    orders = _ORDERS if terms != "geometry" and len(measured) >= _FEWEST_PERIODIC else 0
     turn = 0.0 if measured.rotation is None else chosen.base_turn
     soft = _compliance(arm, measured) if terms == "all" else 0.0
-    chosen = replace(chosen, orders=orders, tool_turn=turn, compliance=soft)
+    chosen = replace(chosen, tool_turn=turn, compliance=soft)
     seen = measured_in_base(arm, measured, chosen)
-    every = model_of(
-        arm,
-        measured.q,
-        added_terms(arm, chosen),
-        approach=measured.approach,
-        payload=measured.payload,
+    repeats = repeats_of(measured, seen.instrument, seen.frames)
+    visits = measured.rows(repeats.first)
+    periodic = terms != "geometry" and len(visits) >= _FEWEST_PERIODIC
+    chosen = replace(chosen, orders=_ORDERS if periodic else 0)
+    single = model_of(
+        arm, visits.q, added_terms(arm, chosen), approach=visits.approach, payload=visits.payload
     )
     drift = drifting(seen.instrument, measured.time)
-    visit = validation.numbered(measured.q)
-    mixed = np.random.default_rng(seed).permutation(int(visit.max()) + 1)
-    apart = np.isin(visit, mixed[: round(hold_out * len(mixed))])
+    still = repeats.mean(seen.instrument)
+    moving = None if drift is None else repeats.mean(drift)
+    pose = validation.numbered(visits.q)
+    mixed = np.random.default_rng(seed).permutation(int(pose.max()) + 1)
+    apart = np.isin(pose, mixed[: round(hold_out * len(mixed))])
     aside, used = np.flatnonzero(apart), np.flatnonzero(~apart)
-    model, instrument = every.rows(used), seen.instrument.part(used)
+    repeated = at_poses(single, repeats, still, used, noise)
+    every = repeated.model
+    if noise is not None:
+        noise = max(noise**2 - repeated.reading, LEAST_NOISE**2) ** 0.5
+    model, instrument = every.rows(used), still.part(used)
     found = climb(
         model,
         instrument,
-        drift=None if drift is None else drift.part(used),
+        drift=None if moving is None else moving.part(used),
         terms=terms,
         prior=prior,
         scale=stated_scale(arm, chosen) if sizes is None else 1.0,
@@ -194,15 +211,15 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     tested, source = None, f"{len(used)} measured poses"
     if len(aside):
         there = every.rows(aside).keeping(every.numbers(found.model.streams))
-        with_drift = isinstance(found.instrument, Drifting)
-        measure = drift if drift is not None and with_drift else seen.instrument
+        with_drift = len(found.instrument.unknowns) > len(still.unknowns)
+        measure = moving if moving is not None and with_drift else still
         tested = validation.held_out(there, measure.part(aside), found.kept.fit)
     return Robot(
         arm,
         calibrations_of(arm, found.model, found.kept.fit, chosen, inflation, source),
         found,
         found.instrument,
-        seen.frames[used],
+        seen.frames[repeats.first[used]],
         chosen,
         inflation,
         seen.alignment,
@@ -210,6 +227,8 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         seen.favoured,
         estimated_errors(found.model, found.kept.fit, found.instrument),
         used,
+        repeats,
+        repeated,
         tested,
     )
 

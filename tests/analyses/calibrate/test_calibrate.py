@@ -263,7 +263,7 @@ def test_an_unknown_joint_is_named_with_the_missing_one(old, new, texts, tmp_pat
 def test_a_share_of_few_rows_is_not_judged(found):
     """Twenty rows state their coverage, and that nobody compares it with 95 %."""
     notes = {section.key: section.note for section in found.sheet.sections}
-    assert "not judged from fewer than 40 rows" in notes["accuracy"]
+    assert "not judged from fewer than 40 poses" in notes["accuracy"]
     assert "fewer than 40 rows" in notes["predicted"]
 
 
@@ -377,6 +377,16 @@ def test_repeated_measurements_show_their_scatter(tmp_path):
     assert found.deviation == pytest.approx(direct, rel=1e-3)
     (section,) = [each for each in answer.sheet.sections if each.key == "repeats"]
     assert section.rows[0].note == "30 rows at 10 poses"
+    assert answer.sheet.counts == "30 visits of 10 poses, seed 1"
+    assert len(answer.held_out.error) == len(answer.corrections[0]) == 10
+
+
+def test_rows_at_two_poses_are_refused(tmp_path):
+    """However many they are."""
+    joints, points = (np.repeat(each[:2], 9, axis=0) for each in twenty())
+    points = points + np.random.default_rng(2).normal(0, 0.03, points.shape)
+    with pytest.raises(InputError, match="18 rows at 2 poses"):
+        lostmotion.calibrate(ARM, written(tmp_path / "visits.csv", joints, points))
 
 
 def test_another_frame_of_the_instrument_is_removed(tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from lostmotion.calibration.fit import fit
 from lostmotion.calibration.ladder import counted
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.plan import plan
-from lostmotion.calibration.repeats import scatter_of_repeats
-from lostmotion.calibration.robot import measured_in_base, robot_of
+from lostmotion.calibration.repeats import at_poses, repeats_of
+from lostmotion.calibration.robot import LEAST_NOISE, measured_in_base, robot_of
 from lostmotion.calibration.spread import variance_elsewhere
 from lostmotion.calibration.terms import Deviations, added_terms, is_frame
 from lostmotion.controller_model.percentile import percentile95
@@ -26,7 +26,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.sheet import Cell, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -61,12 +61,12 @@ class CalibrationAnswer:
     """What the measurement of one robot shows.
 
     robot      estimates, held-out measurements and families of errors
-    visits     what was measured
+    visits     the first visit to each pose
     raw        (pose,) distance of each measured tool point from the nominal one, m
     before     (pose,) the same with base and tool frame estimated from other poses
     fitted     (pose,) residual of the fitted poses
     elsewhere  variance beside the measured poses over that at them
-    repeats    scatter of the lengths that were measured repeatedly at one pose; None: of none
+    taken      number of all visits to these poses
     findings   what is out of tolerance
     warnings   what makes the figures doubtful
     """
@@ -77,10 +77,23 @@ class CalibrationAnswer:
     before: Floats
     fitted: Floats
     elsewhere: float
-    repeats: RepeatScatter | None
+    taken: int
     findings: tuple[str, ...]
     warnings: tuple[str, ...]
     seed: int
+
+    @property
+    def repeats(self) -> RepeatScatter | None:
+        """Return the scatter of the lengths that were measured repeatedly at one pose; None: of
+        none.
+        """
+        return self.robot.repeated.scatter
+
+    @property
+    def counts(self) -> str:
+        """Return the number of poses, and of visits where there are more, in words."""
+        poses = several(len(self.visits), "pose")
+        return f"{self.taken} visits of {poses}" if self.taken > len(self.visits) else poses
 
     @property
     def errors_held_out(self) -> tuple[Floats, Floats, Floats]:
@@ -149,8 +162,10 @@ def calibrated(  # noqa: PLR0913 - as `robot_of`
         seed=seed,
         progress=progress,
     )
-    lines = tuple(visits.lines[k] for k in robot.rows)
-    visits = replace(visits.rows(robot.rows), lines=lines)
+    first = robot.repeats.first[robot.poses]
+    far = [visits.lines[k] for k in np.flatnonzero(~robot.repeats.used)]
+    taken = int(np.isin(robot.repeats.pose, robot.poses).sum())
+    visits = replace(visits.rows(first), lines=tuple(visits.lines[k] for k in first))
     best, model = robot.climb.kept.fit, robot.climb.model
     draws, unknowns = np.split(best.mean, [len(model.streams)])
     residual = robot.instrument.rows(model.frames(draws), unknowns).residual
@@ -164,21 +179,16 @@ def calibrated(  # noqa: PLR0913 - as `robot_of`
         robot.climb.before.error,
         robot.instrument.error(residual),
         elsewhere,
-        scatter_of_repeats(_pose_keys(visits), residual[:, robot.instrument.lengths]),
+        taken,
         _findings(robot),
-        tuple(_warnings(robot, visits, elsewhere)),
+        tuple(_warnings(robot, visits, far, elsewhere)),
         seed,
     )
 
 
-def _pose_keys(visits: CalibrationVisits) -> list[tuple[Any, ...]]:
-    """Return a key of each visit that repeats of one measurement share: joint values, approach,
-    payload, and what is measured.
-    """
-    arrays = [visits.q, visits.approach, visits.payload]
-    parts = [each for each in arrays if isinstance(each, np.ndarray)]
-    names = ("",) * len(visits) if visits.readings is None else visits.readings.target
-    return [(name, *(part[k].tobytes() for part in parts)) for k, name in enumerate(names)]
+def _listed(lines: Sequence[int]) -> str:
+    more = f" and {len(lines) - _LISTED} more" if len(lines) > _LISTED else ""
+    return f"line {', '.join(map(str, lines[:_LISTED]))}{more}"
 
 
 def size(error: EstimatedError, value: float) -> Cell:
@@ -201,7 +211,9 @@ def _findings(robot: Robot) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list[str]:
+def _warnings(
+    robot: Robot, visits: CalibrationVisits, far: list[int], elsewhere: float
+) -> list[str]:
     from scipy.stats import chi2
 
     best, held = robot.climb.kept.fit, robot.climb.kept.blocked
@@ -218,13 +230,15 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
         )
     if visits.duplicates:
         out.append(f"{several(visits.duplicates, 'duplicate row')} dropped")
+    if far:
+        rows = several(len(far), "row")
+        out.append(f"{rows} far from the others of the same pose, not used: {_listed(far)}")
     down = np.flatnonzero(~counted(best.weights))
     if len(down):
-        names = ", ".join(str(visits.lines[k]) for k in down[:_LISTED])
-        more = f" and {len(down) - _LISTED} more" if len(down) > _LISTED else ""
+        names = _listed([visits.lines[k] for k in down])
         out.append(
             f"{several(len(down), 'row')} far from the prediction, weighted down and not counted "
-            f"in the accuracy: line {names}{more}"
+            f"in the accuracy: {names}"
         )
     out += _of_sign(robot, visits)
     if robot.alignment is not None:
@@ -238,7 +252,7 @@ def _warnings(robot: Robot, visits: CalibrationVisits, elsewhere: float) -> list
     ]
     if len(visits) < _FEW:
         out.append(
-            f"{len(visits)} rows: an error out of tolerance is found reliably from {_FEW} on"
+            f"{len(visits)} poses: an error out of tolerance is found reliably from {_FEW} on"
         )
     if len(visits) >= FEWEST_COUNTED and not _COVERED[0] <= held.coverage <= _COVERED[1]:
         out.append(
@@ -337,8 +351,13 @@ def _measured(
     arm: Arm, visits: CalibrationVisits, sizes: Deviations, noise: float, wanted: RobotModel
 ) -> Floats:
     """Return the covariance of the estimates after what was measured, with a wide prior."""
-    instrument = measured_in_base(arm, visits, sizes).instrument
-    model = model_of(arm, visits.q, added_terms(arm, sizes))
+    seen = measured_in_base(arm, visits, sizes)
+    repeats = repeats_of(visits, seen.instrument, seen.frames)
+    instrument, q = repeats.mean(seen.instrument), visits.q[repeats.first]
+    single = model_of(arm, q, added_terms(arm, sizes))
+    repeated = at_poses(single, repeats, instrument, np.arange(len(q)), noise)
+    model = repeated.model
+    noise = max(noise**2 - repeated.reading, LEAST_NOISE**2) ** 0.5
     wide = np.array([1.0 if is_frame(owner) else _WIDE for owner in model.owners])
     own = len(instrument.unknowns)
     asked = Asked(np.concatenate([wide, np.ones(own)]), noise)
@@ -360,7 +379,9 @@ def next_poses(robot: Robot, q: Floats, seed: int) -> tuple[Floats, Floats]:
     model = model_of(robot.arm, every, robot.calibration.added)
     model = model.keeping(model.numbers([streams[k] for k in kept]))
     covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
-    found = plan(model, model.rows(np.arange(_NEXT // 4)), NEXT_POSES, covariance, noise=best.noise)
+    found = plan(
+        model, model.rows(np.arange(_NEXT // 4)), NEXT_POSES, covariance, noise=robot.noise(best)
+    )
     return every[found.chosen], found.radius
 
 

@@ -198,6 +198,7 @@ def calibrate(
     from lostmotion.calibration.validation import numbered
     from lostmotion.io.measured.calibration_checks import FEWEST
     from lostmotion.io.measured.calibration_visits import read_calibration_visits
+    from lostmotion.reporting.sheet import several
 
     visits = (
         asked.measured
@@ -211,7 +212,11 @@ def calibrate(
         if asked.plan is None:
             poses = int(numbered(visits.q).max()) + 1
             left = poses - round(asked.hold_out * poses)
-            if len(visits) < FEWEST or (asked.hold_out and left < FEWEST):
+            if poses < FEWEST:
+                few = f"{several(len(visits), 'row')} at {several(poses, 'pose')}"
+                expected = f"rows at {FEWEST} poses or more; 10 to 50 calibrate an arm"
+                raise InputError([Problem(visits.file, "", few, expected)])
+            if asked.hold_out and left < FEWEST:
                 expected = f"a share that leaves at least {FEWEST} of {poses} poses"
                 raise refuse_argument("hold_out", asked.hold_out, expected, hold_out="20 %")
             found = calibrated(

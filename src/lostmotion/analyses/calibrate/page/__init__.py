@@ -75,7 +75,7 @@ _DRIFTED: Final = (
 def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
     """Return the sheet of a calibration."""
     robot = found.robot
-    counted = several(len(found.visits), "pose")
+    counted = found.counts
     return Sheet(
         name=robot.arm.name,
         subject="calibration of one robot",
@@ -104,8 +104,12 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
         facts={
             "arm": robot.arm.name,
             "findings": list(found.findings),
-            "data": {"poses": len(found.visits), "hash": found.visits.digest},
-            "noise_m": robot.climb.kept.fit.noise,
+            "data": {
+                "poses": len(found.visits),
+                "visits": found.taken,
+                "hash": found.visits.digest,
+            },
+            "noise_m": robot.noise(robot.climb.kept.fit),
             "inflation": robot.inflation,
             "variance_elsewhere": found.elsewhere,
         },
@@ -130,7 +134,7 @@ def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
         Card("before", before, "base and tool frame alone"),
         Card("after", after, "mean error, held out"),
         Card("excluded regions", blocked, "mean error, held out"),
-        Card("noise", str(length(climb.kept.fit.noise)), "of a coordinate"),
+        Card("noise", str(length(found.robot.noise(climb.kept.fit))), "of a coordinate"),
     ]
     released = len(climb.kept.fit.released)
     if released:
@@ -159,7 +163,7 @@ def _accuracy(found: CalibrationAnswer) -> Section:
         f"result are multiplied by {found.robot.inflation:.3g}"
     )
     if len(found.visits) < FEWEST_COUNTED:
-        note += f"; coverage is not judged from fewer than {FEWEST_COUNTED} rows"
+        note += f"; coverage is not judged from fewer than {FEWEST_COUNTED} poses"
     aside = found.robot.aside
     if aside is not None:
         share = 100 * aside.within(found.robot.inflation).mean()
@@ -186,7 +190,7 @@ def _families(found: CalibrationAnswer, counted: str) -> Section:
             rung.name,
             rung.count,
             length(rung.blocked.mean, samples=counted),
-            length(rung.fit.noise, samples=counted),
+            length(found.robot.noise(rung.fit), samples=counted),
             Cell(rung.fit.evidence, "1", samples=counted),
             (f"up to order {rung.fit.orders}" if rung.fit.orders else "")
             if rung.kept
@@ -209,10 +213,14 @@ def _repeats(found: CalibrationAnswer) -> list[Section]:
     if of is None:
         return []
     counted = f"{of.rows} rows at {several(of.poses, 'pose')}"
-    cells = (length(of.deviation, of.low, of.high, counted),)
-    noise = length(found.robot.climb.kept.fit.noise)
-    note = f"of robot and instrument; the noise of the fit, {noise}, also has what the model lacks"
-    rows = [("same pose, same approach", *cells, counted)]
+    measured = length(of.deviation, of.low, of.high, counted)
+    left = length(found.robot.climb.kept.fit.noise)
+    note = "the estimates use the mean of the visits to a pose. Beside the scatter of its visits "
+    note += f"each coordinate of a mean is {left} off, by what the model lacks"
+    rows = [
+        ("measured: same pose, approach and payload", measured, counted),
+        ("predicted from the arm file", length(found.robot.repeated.predicted), "robot alone"),
+    ]
     return [table("repeats", "Repeated measurements", ("standard deviation",), rows, note)]
 
 

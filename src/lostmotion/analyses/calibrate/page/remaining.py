@@ -53,7 +53,7 @@ def predicted_accuracy(found: CalibrationAnswer) -> Section:
     note += "frame as measured; noise of the instrument is not in it. Of the measurements in "
     note += f"excluded regions {covered:.0f} % are within their 95 % regions"
     if len(found.visits) < FEWEST_COUNTED:
-        note += f", a share that fewer than {FEWEST_COUNTED} rows do not compare with 95 %"
+        note += f", a share that fewer than {FEWEST_COUNTED} poses do not compare with 95 %"
     title = "Predicted accuracy with the estimates corrected"
     return table("predicted", title, ("mean 95 % radius", "95th percentile"), rows, note)
 
