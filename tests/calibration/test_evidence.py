@@ -49,6 +49,24 @@ def test_posterior_equals_one_measurement_after_another():
     np.testing.assert_allclose(found.covariance, covariance, atol=1e-10)
 
 
+def test_the_fit_ends_where_one_measurement_after_another_does():
+    """Of the exact robot, the Kalman update by each row of the equations linearised at the
+    estimates has them as its mean to 1e-10 deviations.
+    """
+    model, measured = grid_model()
+    rows = np.arange(0, 1000, 50)
+    part, seen = model.rows(rows), measured.part(rows)
+    found = fit(part, seen, Asked(np.ones(len(model.streams)), NOISE))
+    residual, columns, _ = linearised(part, seen, found.mean)
+    columns = columns.reshape(residual.size, -1)
+    mean, covariance = np.zeros(columns.shape[1]), np.diag(found.variances)
+    for row, value in zip(columns, residual.ravel() + columns @ found.mean, strict=True):
+        gain = covariance @ row / (row @ covariance @ row + NOISE**2)
+        mean = mean + gain * (value - row @ mean)
+        covariance = covariance - np.outer(gain, row @ covariance)
+    np.testing.assert_allclose(found.mean, mean, atol=1e-10)
+
+
 def test_evidence_is_the_normal_density_of_the_measurement():
     """The log evidence equals that of SciPy for the whole covariance of the rows, and the gain of a
     wider prior is the difference of two of them.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.calibration.instruments import Instrument, Rows
-from lostmotion.spatial import exp, skew
+from lostmotion.spatial import exp, right_jacobian, skew
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,19 +66,25 @@ class Drifting(Instrument):
         """Return the rows of the instrument for the drifted arm."""
         own, drift = np.split(unknowns, [len(self.inner.unknowns)])
         twist = self.time[:, None] * (drift * _SIZES)[:6]
+        growth = 1 + self.time * (drift * _SIZES)[6]
         grown = frames.copy()
-        grown[:, :3, 3] *= 1 + self.time[:, None] * (drift * _SIZES)[6]
-        moved = exp(twist) @ grown
+        grown[:, :3, 3] *= growth[:, None]
+        turned = exp(twist)
+        moved = turned @ grown
         found = self.inner.rows(moved, own)
-        # Motion of the tool about its point by a unit of each, to first order in the drift.
-        point = moved[:, :3, 3]
+        # Motion of the tool about its point by a unit of each.
+        jacobian = right_jacobian(-twist)
         motion = np.zeros((len(frames), 6, len(_SIZES)))
-        motion[:, :3, :3], motion[:, 3:, 3:6] = np.eye(3), np.eye(3)
-        motion[:, 3:, :3] = -skew(point)
-        motion[:, 3:, 6] = point
+        motion[:, :, :6] = jacobian
+        motion[:, 3:, :6] -= skew(moved[:, :3, 3]) @ jacobian[:, :3]
+        motion[:, 3:, 6] = (turned[:, :3, :3] @ frames[:, :3, 3:])[:, :, 0]
         motion *= self.time[:, None, None] * _SIZES
         by_unknown = np.concatenate([found.by_unknown, found.by_twist @ motion], axis=2)
-        return Rows(found.residual, found.by_twist, by_unknown)
+        # The drift moves a twist of the arm along.
+        by_twist = found.by_twist.copy()
+        by_twist[:, :, :3] = found.by_twist[:, :, :3] @ turned[:, :3, :3]
+        by_twist[:, :, 3:] = found.by_twist[:, :, 3:] @ turned[:, :3, :3] * growth[:, None, None]
+        return Rows(found.residual, by_twist, by_unknown)
 
     def part(self, rows: NDArray[np.int64]) -> Drifting:
         """Return the measurement at the poses in these rows."""

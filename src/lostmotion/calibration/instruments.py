@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, ClassVar, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.spatial import right_jacobian
+
 if TYPE_CHECKING:
     from typing import Self
 
@@ -202,12 +204,22 @@ class FullPoses(Instrument):
         residual = np.concatenate(
             [rotation_vector(turned), self.measured[:, :3, 3] - frames[:, :3, 3]], axis=1
         )
-        count = len(frames)
-        return Rows(residual, np.broadcast_to(np.eye(6), (count, 6, 6)), np.zeros((count, 6, 0)))
+        by_twist = np.tile(np.eye(6), (len(frames), 1, 1))
+        by_twist[:, :3, :3] = turned_by_twist(-residual[:, :3])
+        return Rows(residual, by_twist, np.zeros((len(frames), 6, 0)))
 
     def part(self, rows: NDArray[np.int64]) -> FullPoses:
         """Return the measurement at the poses in these rows."""
         return FullPoses(self.measured[rows])
+
+
+def turned_by_twist(vector: Floats) -> Floats:
+    """Return the derivative (pose, 3, 3) of rotation vectors (pose, 3) by a further rotation in
+    the same fixed axes.
+    """
+    still = np.zeros_like(vector)
+    turn = right_jacobian(np.concatenate([-vector, still], axis=1))[:, :3, :3]
+    return np.asarray(np.linalg.inv(turn), dtype=float)
 
 
 def rotation_vector(turned: Floats) -> Floats:

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.instruments import Instrument, Rows, rotation_vector
+from lostmotion.calibration.instruments import (
+    Instrument,
+    Rows,
+    rotation_vector,
+    turned_by_twist,
+)
 from lostmotion.spatial import across
 
 if TYPE_CHECKING:
@@ -191,10 +196,11 @@ class Inclinometers(_FromNominal):
         return (("zero", TURN),)
 
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:
-        """Return the rows: the rotation about the axis, valid to first order in it."""
+        """Return the rows: the part of the rotation vector along the axis."""
         own, way = self._own(unknowns), self.axis[self.target]
         turned = rotation_vector(frames[:, :3, :3] @ self.nominal.transpose(0, 2, 1))
-        by_twist = np.concatenate([way, np.zeros_like(way)], axis=1)
+        by_turn = (way[:, None] @ turned_by_twist(turned))[:, 0]
+        by_twist = np.concatenate([by_turn, np.zeros_like(way)], axis=1)
         return self._rows((turned * way).sum(axis=1) + own[:, 0], by_twist, np.ones((len(own), 1)))
 
 
