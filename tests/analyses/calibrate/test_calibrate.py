@@ -264,7 +264,7 @@ def test_a_share_of_few_rows_is_not_judged(found):
     """Twenty rows state their coverage, and that nobody compares it with 95 %."""
     notes = {section.key: section.note for section in found.sheet.sections}
     assert "not judged from fewer than 40 poses" in notes["accuracy"]
-    assert "fewer than 40 rows" in notes["predicted"]
+    assert "fewer than 40 poses" in notes["predicted"]
 
 
 def test_a_plan_refuses_another_arm_too(tmp_path):
