@@ -29,7 +29,8 @@ def main() -> None:
         for k in range(TIMES)
         for joint in example.joints
     )
-    arm = example.model_copy(update={"joints": joints})
+    # almost weightless: one of this length would fall
+    arm = example.model_copy(update={"joints": joints, "gravity": 0.01})
     streams = known_streams(arm.terms)
     factor = np.random.default_rng(1).normal(size=(len(streams),) * 2) * 0.4 / len(streams) ** 0.5
     covariance = factor @ factor.T

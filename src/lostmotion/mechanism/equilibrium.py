@@ -280,15 +280,18 @@ class _Settling:
         tangent, compliance = self._deflection.tangent(self.frames(rows), rows)
         broken = ~np.isfinite(tangent).all(axis=(1, 2))
         tangent[broken] = 0.0
-        values, modes = np.linalg.eig(share[:, None, None] * tangent)
-        worst = values.real.argmax(axis=1)
-        pose = np.arange(len(rows))
-        falls = values.real[pose, worst] >= 1
-        # strain energy of the mode in each freedom
-        energy = np.abs(modes[pose, :, worst]) ** 2 / np.where(compliance > 0, compliance, np.inf)
+        loaded = share[:, None, None] * tangent
         places = np.array([each.place for each in self._deflection.freedoms])
-        weakest = places[energy.argmax(axis=1)]
-        out[falls] = weakest[falls]
+        # no eigenvalue is larger than this norm: most arms need no eigenvalues at all
+        soft = np.flatnonzero(np.abs(loaded).sum(axis=2).max(axis=1) >= 1)
+        if len(soft):
+            values, modes = np.linalg.eig(loaded[soft])
+            worst, pose = values.real.argmax(axis=1), np.arange(len(soft))
+            # strain energy of the mode in each freedom
+            energy = np.abs(modes[pose, :, worst]) ** 2
+            energy /= np.where(compliance > 0, compliance, np.inf)[soft]
+            falls = values.real[pose, worst] >= 1
+            out[soft[falls]] = places[energy.argmax(axis=1)][falls]
         out[broken] = places[0]
         turned = np.linalg.norm(self.twists[:, rows, :3], axis=2)
         wound = turned.max(axis=0) > _TURN
