@@ -90,11 +90,11 @@ def test_spoiled_files_are_refused_or_read(tmp_path):
 
 
 @pytest.mark.slow
-def test_eight_thousand_spoiled_files_are_refused_or_read(tmp_path):
+def test_two_thousand_spoiled_files_are_refused_or_read(tmp_path):
     """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback,
     warning or control character, nothing written.
     """
-    counts = look_at(tmp_path, 8_000)
+    counts = look_at(tmp_path, 2_000)
     rare: Counter[str] = Counter()
     for kind in formats(tmp_path):
         outcome = {
@@ -102,10 +102,10 @@ def test_eight_thousand_spoiled_files_are_refused_or_read(tmp_path):
             "refused": counts[kind.name, "refused"],
         }
         if kind.every == 1:
-            assert min(outcome.values()) > 20, (kind.name, counts)
+            assert min(outcome.values()) > 5, (kind.name, counts)
         else:  # of each of these a dozen: counted together
             rare.update(outcome)
-    assert min(rare["readable"], rare["refused"]) > 3, counts
+    assert min(rare["readable"], rare["refused"]) > 0, counts
 
 
 @pytest.mark.parametrize("text", ["\x1f3", "3\u2028", "\u0663", "\x1f\n3"])
