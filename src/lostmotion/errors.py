@@ -21,6 +21,16 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
+class Worded:
+    """Marks a field of a file with what a refusal expects there, and with an example as it stands
+    in a file.
+    """
+
+    expected: str
+    example: str
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """One mistake: where it stands, what was found, what belongs there, and an example that would
     pass.

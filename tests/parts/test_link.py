@@ -410,7 +410,7 @@ def test_any_section_can_be_given_by_its_figures():
         ({"length": Toleranced(0.4, 1e-4), "length_tolerance": 1e-4}, "a tolerance both in"),
         ({"length_tolerance": 1e-4}, "zero length"),
         ({"length": 0.4, "section": BAR}, "a section without a material"),
-        ({"length": 0.4, "material": STEEL}, "a section without a material"),
+        ({"length": 0.4, "material": STEEL}, "a material without a section"),
         ({"length": 0.4, "direction": (0, 0, 0)}, "not zero"),
         ({"length": 0.4, "direction": (0, math.inf, 0)}, "not zero"),
         ({"length": 0.4, "up": (0, 0, 0)}, "not zero"),

@@ -43,7 +43,11 @@ _TYPES: Final = ("revolute", "prismatic", "fixed", "spherical", "universal", "fr
 SWEEP: Final = "sweep"
 SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'
 SHARED_EXAMPLES: Final = {
-    **{table: f"[{table}.NAME]" for table in SHARED},
+    "gearboxes": '[gearboxes.NAME] with backlash = "1 arcmin"',
+    "bearings": '[bearings.NAME] with kind = "rolling", span = "40 mm"',
+    "encoders": '[encoders.NAME] with side = "motor"',
+    "sections": '[sections.NAME] with kind = "tube", outer = "60 mm", wall = "3 mm"',
+    "materials": '[materials.NAME] with young = "70 GPa", poisson = 0.33',
     **OWN_EXAMPLES,
     TABLE: TABLE_EXAMPLE,
     SWEEP: SWEEP_EXAMPLE,
@@ -164,7 +168,7 @@ def _stock(draft: Draft, table: str) -> dict[str, Any]:
     stock = draft.tree.pop(table, {})
     if isinstance(stock, dict):
         return stock
-    draft.refuse((table,), shown(stock), "a table of named parts", f"[{table}.NAME]")
+    draft.refuse((table,), shown(stock), "a table of named parts", SHARED_EXAMPLES[table])
     return {}
 
 

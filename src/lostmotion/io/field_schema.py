@@ -8,12 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_arg
 from pydantic import BaseModel
 
 from lostmotion.distribution_table import Distribution
+from lostmotion.errors import Worded
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 Options = list[Any]
+_PLAIN_WORDS: Final = {
+    str: "text",
+    float: "a finite number",
+    int: "a whole number",
+    bool: "true or false",
+}
 _ORIGIN: Final = frozenset({"preset", "assumed", "source", "upper_limits"})
 
 
@@ -24,6 +31,9 @@ def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: 
     quantities: Options = [mark for mark in marks if isinstance(mark, Quantity | Distribution)]
     if quantities:
         return quantities
+    worded = [mark for mark in marks if isinstance(mark, Worded)]
+    if worded:
+        return worded + options_of(annotation)
     origin = _origin(annotation)
     if origin is Annotated:
         inner, *metadata = get_args(annotation)
@@ -97,7 +107,8 @@ def inside(options: Options, item: str | int) -> Options:
 
 def words(options: Options) -> str:
     """Describe what is allowed."""
-    return " or ".join(dict.fromkeys(_words(option) for option in options))
+    worded = [option.expected for option in options if isinstance(option, Worded)]
+    return " or ".join(worded or dict.fromkeys(_words(option) for option in options))
 
 
 def _words(option: Any) -> str:  # noqa: ANN401 - any annotation
@@ -111,7 +122,7 @@ def _words(option: Any) -> str:  # noqa: ANN401 - any annotation
         return f"a list of {len(members)}, each {words(options_of(members[0]))}"
     if origin in (tuple, list):
         return f"a list, each {words(options_of(members[0]))}"
-    return {str: "text", float: "a finite number", int: "a whole number"}.get(option, "a table")
+    return _PLAIN_WORDS.get(option, "a table")
 
 
 def _literal(word: object) -> str:
@@ -121,7 +132,8 @@ def _literal(word: object) -> str:
 
 def example(options: Options) -> str:
     """Return one example that passes, as it stands in a file."""
-    return _example(options[0]) if options else '"..."'
+    first = options[0] if options else Worded("", '"..."')
+    return first.example if isinstance(first, Worded) else _example(first)
 
 
 def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
@@ -138,14 +150,14 @@ def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
         return f"[{example(options_of(members[0]))}]"
     if models([option]):
         return _example_table(option)
-    return {float: "1.0", int: "1"}.get(option, '"text"')
+    return {float: "1.0", int: "1", bool: "true"}.get(option, '"text"')
 
 
 def _example_table(model: type[BaseModel]) -> str:
     needed = [
         name
         for name, field in model.model_fields.items()
-        if field.is_required() or name in ("kind", "type")
+        if field.is_required() or name in ("kind", "type", *getattr(model, "in_example", ()))
     ]
     needed = needed or keys(model)[:1]
     return "{ " + ", ".join(f"{name} = {example(inside([model], name))}" for name in needed) + " }"

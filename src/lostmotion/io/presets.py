@@ -142,7 +142,7 @@ def _defaults(draft: Draft) -> dict[str, PresetRow]:
                 (TABLE, key),
                 f"an unknown key with {shown(name)}",
                 f"one of {', '.join(DEFAULTS)}",
-                f'{near or "revolute"} = "…"',
+                f"{near or 'revolute'} = {_any_preset(near or 'revolute')}",
                 near,
             )
             continue
@@ -151,6 +151,14 @@ def _defaults(draft: Draft) -> dict[str, PresetRow]:
         if row is not None:
             out[key] = row
     return out
+
+
+def _any_preset(key: str) -> str:
+    """Return a preset that a key of [presets] takes, as it stands in a file."""
+    rows = presets().get(DEFAULTS[key], {}).values()
+    return next(
+        f'"{row.name}"' for row in rows if DEFAULTS[key] != "joint" or row.type in ("", key)
+    )
 
 
 def _place(draft: Draft, used: list[str], stated: Any, part: str, kind: str, path: Path) -> bool:  # noqa: ANN401 - whatever a file holds

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -37,9 +38,9 @@ from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.draft import Draft
 from lostmotion.io.gcode import read_gcode
 from lostmotion.io.limits import listed, nearest, refuse_all
-from lostmotion.io.task_tables import TaskFile
+from lostmotion.io.task_tables import FEATURE, JOINT, TaskFile
 from lostmotion.io.text import beside
-from lostmotion.io.toml import read_toml
+from lostmotion.io.toml import quoted, read_toml
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.tool_path import read_tool_path
 from lostmotion.io.validation_errors import problems
@@ -59,7 +60,7 @@ _NOWHERE: Final = np.zeros((0, 3))
 _DOWN: Final = (math.pi, 0.0, 0.0)
 # Keys that belong to some kinds of tolerances alone.
 _BELONG: Final = {"length": ("cylinder",), "axis": ("cylinder", "orientation")}
-_EXAMPLE: Final = '{ of = "holes", cylinder = "0.4 mm" }'
+_EXAMPLE: Final = '{ cylinder = "0.4 mm" }'
 _SIGNS: Final = {"up": 1.0, "down": -1.0, "random": 0.0}
 
 
@@ -73,7 +74,8 @@ def read_task(by: Path | Mapping[str, Any], arm: Arm) -> Task:
     try:
         stated = TaskFile.model_validate(tree, context={"text": not isinstance(by, Mapping)})
     except ValidationError as error:
-        refuse_all(problems(error, TaskFile, file, Draft(file, {}, {}).key))
+        mistakes = problems(error, TaskFile, file, Draft(file, {}, {}).key)
+        refuse_all([_named(each, tree, arm) for each in mistakes])
     sources = {"poses": stated.poses, "program": stated.program, "features": stated.features}
     given = [name for name, value in sources.items() if value]
     if len(given) != 1:
@@ -90,6 +92,19 @@ def read_task(by: Path | Mapping[str, Any], arm: Arm) -> Task:
     if stated.program is not None:
         return _of_program(stated, path, arm, file)
     return _of_rows(stated, read_tool_path(path, arm), arm, file)
+
+
+def _named(mistake: Problem, tree: Mapping[str, Any], arm: Arm) -> Problem:
+    """Return a mistake with a feature of this task and a joint of this arm in its example."""
+    features = tree.get("features")
+    features = features if isinstance(features, list) else []
+    names = [each.get("name") for each in features if isinstance(each, dict)]
+    feature = next((name for name in names if isinstance(name, str) and name), "path")
+    joint = next((each.name for each in arm.joints if each.link.expands), "J1")
+    example = mistake.example
+    for place, name in ((FEATURE, feature), (JOINT, joint)):
+        example = example.replace(place, quoted(name))
+    return replace(mistake, example=example)
 
 
 def _of_program(stated: TaskFile, path: Path, arm: Arm, file: str) -> Task:

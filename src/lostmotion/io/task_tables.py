@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from lostmotion.errors import Worded
 from lostmotion.parts.error_source import Angle, Force, Line
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
+from lostmotion.parts.gearbox.counts import Whole
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
+# Stand in examples for a feature of the task, and for a joint of the arm that its heat lengthens.
+FEATURE: Final = '"FEATURE"'
+JOINT: Final = '"JOINT"'
 _MOST_FEATURES: Final = 200
 _SEGMENTS: Final = 20
 _LIMIT: Final = Quantity("m", "0.4 mm", above=0, high=100)
 _Size = Annotated[float, Quantity("m", "100 mm", above=0)]
 _Limit = Annotated[float, _LIMIT]
 _Angles = tuple[Angle, Angle, Angle]
+_Row = Annotated[int, Whole("", "3", low=1, high=50)]
+_Grid = Annotated[int, Whole("", "3", low=2, high=30)]
 _Approach = Literal["up", "down", "random"]
 
 
@@ -107,11 +114,9 @@ class HolesTable(FeatureTable):
     centre: Vector
     normal: Direction = "z"
     diameter: _Size | None = None
-    count: Annotated[int, Field(ge=2, le=200)] | None = None
+    count: Annotated[int, Whole("", "6", low=2, high=200)] | None = None
     pitch: tuple[_Size, _Size] | None = None
-    grid: tuple[Annotated[int, Field(ge=1, le=50)], Annotated[int, Field(ge=1, le=50)]] | None = (
-        None
-    )
+    grid: tuple[_Row, _Row] | None = None
 
     def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
         """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
@@ -138,7 +143,7 @@ class PlaneTable(FeatureTable):
     centre: Vector
     size: tuple[_Size, _Size]
     normal: Direction = "z"
-    points: tuple[Annotated[int, Field(ge=2, le=30)], Annotated[int, Field(ge=2, le=30)]] = (3, 3)
+    points: tuple[_Grid, _Grid] = (3, 3)
 
     def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
         """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
@@ -152,8 +157,10 @@ class PlaneTable(FeatureTable):
 class ToleranceTable(TaskTable):
     """One tolerance: exactly one of the kinds, with its size."""
 
+    in_example: ClassVar = ("cylinder",)
+
     name: Line | None = None
-    of: Line | list[Line] | None = None
+    of: Annotated[Line | list[Line] | None, Worded("features of the task", FEATURE)] = None
     cylinder: _Limit | None = None
     sphere: _Limit | None = None
     box: tuple[_Limit, _Limit, _Limit] | None = None
@@ -164,7 +171,9 @@ class ToleranceTable(TaskTable):
     flatness: _Limit | None = None
     length: Annotated[float, Quantity("m", "30 mm", low=0)] = 0.0
     axis: Literal["tool", "path", "x", "y", "z"] | None = None
-    relative_to: Line | list[Line] = "base"
+    relative_to: Annotated[
+        Line | list[Line], Worded('"base", "fitted", or features of the task', '"fitted"')
+    ] = "base"
 
 
 class SearchTable(TaskTable):
@@ -189,7 +198,7 @@ class HeatTable(TaskTable):
     within which it reaches 63 % of it.
     """
 
-    joint: Line
+    joint: Annotated[Line, Worded("the name of a joint", JOINT)]
     rise: Annotated[float, Quantity("K", "12 K", above=0, high=200)]
     time_constant: Annotated[float, Quantity("s", "40 min", above=0, high=1e9)]
 

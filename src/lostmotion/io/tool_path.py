@@ -159,7 +159,7 @@ def _columns(
     """Return the number of each column by its name, and the size of its unit in SI for numbers."""
     known = [*units, _FEATURE, _APPROACH, *(f"{_APPROACH} {name}" for name in joints)]
     columns: dict[str, int] = {}
-    factors: dict[str, float] = {}
+    found: dict[str, str | None] = {}
     mistakes: list[Problem] = []
     for at, heading in enumerate(header[:200]):
         match = _HEADING.match(heading) if len(heading) <= 200 else None  # noqa: PLR2004 - no heading is longer
@@ -171,20 +171,11 @@ def _columns(
             )
         elif name in columns:
             mistakes.append(Problem(file, key, f"column '{name}' twice", "each column once"))
-        elif name in units:
-            columns[name] = at
-            try:
-                factors[name] = read_quantity(
-                    f"1 {(match['unit'] if match else '') or ''}", units[name]
-                ).nominal
-            except UnitError as error:
-                unit = {"m": "mm", "rad": "deg", "N": "N"}[units[name]]
-                expected = "the unit of the column in brackets"
-                mistakes.append(
-                    Problem(file, key, f"{shown(heading)} ({error})", expected, f"{name} [{unit}]")
-                )
         else:
             columns[name] = at
+            if name in units:
+                found[name] = match["unit"] if match else None
+    factors = _factors(found, columns, units, file, mistakes)
     # A joint may be named as an angle of the tool.
     of_tool = {*_POSITION, *_ANGLES}
     of_joints = set(joints) <= set(columns) or set(joints) & (set(columns) - of_tool)
@@ -202,3 +193,30 @@ def _columns(
     if mistakes:
         refuse_all(mistakes, _MOST_MISTAKES)
     return columns, factors
+
+
+def _factors(
+    found: Mapping[str, str | None],
+    columns: Mapping[str, int],
+    units: Mapping[str, str],
+    file: str,
+    mistakes: list[Problem],
+) -> dict[str, float]:
+    """Return the size in SI of the unit of each column that holds numbers; mistakes are noted."""
+    factors, usual = {}, {"m": "mm", "rad": "deg", "N": "N"}
+    headings = {name: f"{name} [{usual[units[name]]}]" for name in found}
+    for name, unit in found.items():
+        if unit is None:
+            continue
+        try:
+            factors[name] = read_quantity(f"1 {unit}", units[name]).nominal
+        except UnitError as error:
+            key, stated = f"line 1, column {columns[name] + 1}", shown(f"{name} [{unit}]")
+            expected = "the unit of the column in brackets"
+            mistakes.append(Problem(file, key, f"{stated} ({error})", expected, headings[name]))
+    without = [name for name, unit in found.items() if unit is None]
+    if without:
+        expected = "the unit of each column in brackets"
+        header = ",".join(headings[name] for name in without)
+        mistakes.append(Problem(file, "line 1", f"no unit of {listed(without)}", expected, header))
+    return factors

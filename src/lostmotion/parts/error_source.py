@@ -61,6 +61,7 @@ PlayDim = Annotated[Toleranced, Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=
 Length = Annotated[float, Quantity("m", "400 mm")]
 LengthAmount = Annotated[float, Quantity("m", "20 µm", low=0)]
 LengthPlus = Annotated[float, Quantity("m", "40 mm", above=0, band="uniform")]
+Wall = Annotated[float, Quantity("m", "3 mm", above=0, band="uniform")]
 Lead = Annotated[float, Quantity("m", "10 mm", above=0)]
 LengthDim = Annotated[Toleranced, Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)]
 ClearanceDim = Annotated[

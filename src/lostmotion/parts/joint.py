@@ -49,12 +49,9 @@ _SLIDING_ONLY: Final = ("lead", "lead_error", "scale_error")
 _TURNING_ONLY: Final = ("axial_play", "axial_stiffness", "radial_runout", "axial_runout")
 
 
-def _rising(limits: tuple[float, float]) -> tuple[float, float]:
+def _rising(limits: tuple[float, float], example: str) -> tuple[float, float]:
     if limits[0] >= limits[1]:
-        context = {
-            "expected": "a lower limit below the upper one",
-            "example": 'limits = ["-90 deg", "90 deg"]',
-        }
+        context = {"expected": "a lower limit below the upper one", "example": example}
         raise PydanticCustomError(
             "rising",
             "limits from {low} to {high} (rad or m)",
@@ -68,8 +65,12 @@ _Turning = tuple[
     Annotated[float, Quantity("rad", "-90 deg")], Annotated[float, Quantity("rad", "90 deg")]
 ]
 _Sliding = tuple[Annotated[float, Quantity("m", "0 mm")], Annotated[float, Quantity("m", "300 mm")]]
-TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
-SlidingLimits = Annotated[_Sliding, AfterValidator(_rising)]
+TurningLimits = Annotated[
+    _Turning, AfterValidator(functools.partial(_rising, example='limits = ["-90 deg", "90 deg"]'))
+]
+SlidingLimits = Annotated[
+    _Sliding, AfterValidator(functools.partial(_rising, example='limits = ["0 mm", "300 mm"]'))
+]
 
 
 class FixedJoint(UndrivenJoint):

@@ -139,7 +139,9 @@ class Link(OfClass):
         if self.bends_with_temperature and not np.isfinite(self.thermal_expansion[:, 1]).all():
             expected = "a section of known height whose materials state their expansion"
             found = "temperature_difference of a link whose bending by it is not known"
-            raise refuse_section(found, expected, 'section = "tube", material = "aluminium"')
+            example = 'section = { kind = "tube", outer = "60 mm", wall = "3 mm" }, '
+            example += 'material = "aluminium"' + ("" if self.reach else ', length = "400 mm"')
+            raise refuse_section(found, expected, example)
         return self
 
     def _check_stiffness(self) -> None:
@@ -158,9 +160,9 @@ class Link(OfClass):
             raise refuse_section(f"rigid beside {stated[0]}", "one of the two", "rigid = true")
         if self.section is None and self.material is not None:
             raise refuse_section(
-                "a section without a material, or the reverse",
+                "a material without a section",
                 "both or neither",
-                'material = "aluminium"',
+                'section = { kind = "tube", outer = "60 mm", wall = "3 mm" }',
             )
         if self.section is not None:
             problem = section_error(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.errors import nearest, shown
+from lostmotion.errors import Worded, nearest, shown
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, Line, Part
 
 if TYPE_CHECKING:
@@ -40,7 +40,11 @@ NO_VALUES: Final = frozenset(
     }
 )
 
-Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
+Keys = Annotated[
+    tuple[Annotated[Line, Field(max_length=80)], ...],
+    Field(max_length=100),
+    Worded("a list of keys that this table states", "[]"),
+]
 
 
 class Sourced(Part):

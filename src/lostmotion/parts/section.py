@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws import cross_sections, outline
-from lostmotion.parts.error_source import Length, LengthPlus
+from lostmotion.parts.error_source import Length, LengthPlus, Wall
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity
 
@@ -43,7 +43,7 @@ class Tube(Sourced):
 
     kind: Literal["tube"] = "tube"
     outer: LengthPlus
-    wall: LengthPlus
+    wall: Wall
 
     @property
     def height(self) -> float:
@@ -103,7 +103,7 @@ class Box(Sourced):
     kind: Literal["box"] = "box"
     width: LengthPlus
     height: LengthPlus
-    wall: LengthPlus
+    wall: Wall
 
     @model_validator(mode="after")
     def _wall_fits(self) -> Self:
@@ -138,8 +138,8 @@ class ISection(Sourced):
     kind: Literal["I"] = "I"
     width: LengthPlus
     height: LengthPlus
-    web: LengthPlus
-    flange: LengthPlus
+    web: Wall
+    flange: Wall
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from lostmotion.errors import Worded
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import ball_pressure, roller_pressure
 from lostmotion.laws.rolling.rows import BallRow, RollerRow, RollingRow, RowSeat
@@ -21,7 +22,7 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-Count = Annotated[int, Field(ge=3, le=200)]
+Count = Annotated[int, Field(ge=3, le=200), Worded("a whole number from 3 to 200", "9")]
 Conformity = Annotated[float, Quantity("", "0.52", low=0.505, high=0.6)]
 ContactAngle = Annotated[float, Quantity("rad", "25 deg", low=0, high=1.1)]
 
