@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from lostmotion.errors import InputError
 from lostmotion.io.field_schema import inside
+from lostmotion.io.leg_tables import gather_legs, inline, spread_legs
 from lostmotion.io.provenance import forget_assumed
 from lostmotion.io.text import read_text
 from lostmotion.io.toml import MEGABYTES
@@ -97,18 +98,19 @@ def _write_changes(tree: Any, result: SizedArm, *, plain: bool) -> None:  # noqa
     stated = {joint.name: joint for joint in result.arm.joints}
     sized = {joint.name: joint for joint in result.sized.joints}
     changes = result.new_parts
+    named = _joints(tree, [each.joint for each in changes], plain=plain)
     replaced: dict[str, set[str]] = {"gearboxes": set(), "bearings": set()}
     for each in changes:
-        joint = _joint(tree, each.joint)
+        joint = named[each.joint]
         before, after = stated[each.joint], sized[each.joint]
         if each.section is not None:
             link = joint.setdefault("link", {})
             for key in _REPLACED:
                 forget_assumed(link, key)
                 link.pop(key, None)
-            _set(link, "section", _table(stated_by(each.section), plain=plain))
+            _set(link, "section", inline(stated_by(each.section), plain=plain))
             if after.link.material != before.link.material and after.link.material is not None:
-                _set(link, "material", _table(stated_by(after.link.material), plain=plain))
+                _set(link, "material", inline(stated_by(after.link.material), plain=plain))
             if after.link.mass is not None:
                 _set(link, "mass", f"{after.link.mass:.12g} kg")
         if each.gearbox is not None:
@@ -118,7 +120,7 @@ def _write_changes(tree: Any, result: SizedArm, *, plain: bool) -> None:  # noqa
             _set(
                 joint,
                 "gearbox",
-                _table(each.gearbox, plain=plain)
+                inline(each.gearbox, plain=plain)
                 if isinstance(each.gearbox, dict)
                 else each.gearbox,
             )
@@ -126,18 +128,24 @@ def _write_changes(tree: Any, result: SizedArm, *, plain: bool) -> None:  # noqa
                 _set(joint, "mass", f"{after.mass:.12g} kg")
     replaced["bearings"] = _write_clearances(
         tree,
+        named,
         {each.joint: each.clearance for each in changes if each.clearance is not None},
         plain=plain,
     )
+    gather_legs(tree, plain=plain)
     _remove_unused(tree, {"sections": set(tree.get("sections", {})), **replaced})
 
 
-def _write_clearances(tree: Any, clearances: dict[str, str], *, plain: bool) -> set[str]:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+def _write_clearances(
+    tree: Any,  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+    named: dict[str, Any],
+    clearances: dict[str, str],
+    *,
+    plain: bool,
+) -> set[str]:
     """Write clearances into the bearings of these joints, and return the shared bearings that some
     of them no longer use.
     """
-    joints = tree.get("joints", {})
-    named = {joint["name"]: joint for joint in joints} if isinstance(joints, list) else joints
     replaced = set()
     for name, clearance in clearances.items():
         joint = named[name]
@@ -188,11 +196,15 @@ def _section(values: dict[str, Any]) -> Any:  # noqa: ANN401 - tomlkit's own
     return out
 
 
-def _joint(tree: Any, name: str) -> Any:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+def _joints(tree: Any, changed: list[str], *, plain: bool) -> dict[str, Any]:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
+    """Return the tables of the joints by name: those that change, in legs those of the copies."""
     joints = tree.setdefault("joints", {})
     if isinstance(joints, list):
-        return next(joint for joint in joints if joint.get("name") == name)
-    return joints.setdefault(name, {})
+        out = {joint["name"]: joint for joint in joints}
+        return {**out, **spread_legs(tree, set(changed), plain=plain)}
+    for name in changed:
+        joints.setdefault(name, {})
+    return dict(joints)
 
 
 def _remove_unused(tree: Any, candidates: dict[str, set[str]]) -> None:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
@@ -212,16 +224,6 @@ def _remove_unused(tree: Any, candidates: dict[str, set[str]]) -> None:  # noqa:
             stock.pop(name)
         if not stock and table in tree:
             tree.pop(table)
-
-
-def _table(values: dict[str, Any], *, plain: bool) -> Any:  # noqa: ANN401 - a dict, or tomlkit's own
-    if plain:
-        return values
-    import tomlkit
-
-    out = tomlkit.inline_table()
-    out.update(values)
-    return out
 
 
 def stated_by(part: Part) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.assembly import assembled
 from lostmotion.sizing.lightest import (
     SLACK,
     Limits,
@@ -122,11 +123,12 @@ def worse_poses(
     sized: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None
 ) -> Floats:
     """Return poses (pose, joint) near the worst ones with a larger utilisation above 1; none where
-    there is none.
+    there is none, and none of an arm whose poses lie in a box of the tool: the search could leave
+    it.
     """
-    worse = []
+    worse: list[Floats] = []
     for k, joint in enumerate(sized.joints):
-        if joint.name in options:
+        if joint.name in options and sized.workspace is None:
             task = LinkTask(joint, LinkLoads.of(sized, k, q, tilt), limits)
             ratios = task.utilisation(joint.elastic_link, task.loads)
             for measure in range(2):
@@ -143,7 +145,7 @@ def _local_maximum(
     arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None, measure: int
 ) -> tuple[Floats, float]:
     """Return the pose of largest utilisation near `start`, within the joint limits, and the
-    utilisation.
+    utilisation; a pose at which a closed chain is not assembled has none.
     """
     from scipy.optimize import minimize
 
@@ -153,10 +155,12 @@ def _local_maximum(
     nudge = 1e-6
 
     def share(at: Floats) -> Floats:
-        task = LinkTask(
-            joint, LinkLoads.of(arm, k, np.clip(low + at * width, low, high), tilt), limits
-        )
-        return np.asarray(task.utilisation(joint.elastic_link, task.loads)[:, measure])
+        q = np.clip(low + at * width, low, high)
+        inside, out = assembled(arm, q), np.zeros(len(q))
+        if inside.any():
+            task = LinkTask(joint, LinkLoads.of(arm, k, q[inside], tilt), limits)
+            out[inside] = task.utilisation(joint.elastic_link, task.loads)[:, measure]
+        return out
 
     def less(at: Floats) -> tuple[float, Floats]:
         steps = nudge * np.eye(len(at))
