@@ -16,7 +16,7 @@ from lostmotion.reporting.provenance import as_known, provenance_facts, provenan
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
@@ -110,6 +110,26 @@ def bounded_sections(
     """
     return tuple(
         _bounded_section(section, known) if section.key.startswith(tuple(keys)) else section
+        for section in sections
+    )
+
+
+def sections_as_known(
+    sections: Iterable[Section],
+    known: States,
+    shown: Callable[[Cell, States], Cell] = as_known,
+) -> tuple[Section, ...]:
+    """Return sections, their lengths and angles with one digit where every drive is assumed; with
+    `size_as_known`, all their computed figures.
+    """
+    return tuple(
+        replace(
+            section,
+            rows=tuple(
+                replace(row, cells=tuple(shown(each, known) for each in row.cells))
+                for row in section.rows
+            ),
+        )
         for section in sections
     )
 

@@ -109,12 +109,16 @@ def bound(known: States) -> str:
 
 
 def as_known(figure: Cell, known: States) -> Cell:
-    """Return a length with one digit where every drive of the arm is assumed, another figure as it
-    is.
+    """Return a length or an angle with one digit where every drive of the arm is assumed, another
+    figure as it is.
     """
-    if not known.presets or figure.unit != "m" or figure.words or figure.stated:
-        return figure
-    return replace(figure, assumed=True)
+    return size_as_known(figure, known) if figure.unit in {"m", "rad"} else figure
+
+
+def size_as_known(figure: Cell, known: States) -> Cell:
+    """Return a computed figure, but no share, with one digit where every drive is assumed."""
+    computed = not (figure.words or figure.stated or figure.shown == "%")
+    return replace(figure, assumed=True) if known.presets and computed else figure
 
 
 def at_least(text: object, known: States) -> str:

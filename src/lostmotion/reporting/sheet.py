@@ -15,6 +15,7 @@ from lostmotion.printed import (
     digits,
     factor_of,
     last_place,
+    places,
     rounded_length,
     share_text,
     si_of,
@@ -41,7 +42,7 @@ class Cell:
     it.
     bound: the true value is no larger ("upper"), or no smaller ("lower").
     words: what stands in the cell in place of a number.
-    assumed: a length that rests on assumed drives alone: printed with one digit, without its
+    assumed: a size that rests on assumed drives alone: printed with one digit, without its
     interval.
     """
 
@@ -77,7 +78,7 @@ class Cell:
 
     def _plain_text(self) -> str:
         if self.words or self.assumed:
-            return self.words or _one_digit(self.value)
+            return self.words or self._one_digit()
         unit = "" if self.shown == "1" else self.shown
         if isinstance(self.value, Integral):  # counted, not measured
             return f"{self.value} {unit}".strip()
@@ -89,6 +90,13 @@ class Cell:
         if self.shown == "%" and not self.between:
             return f"{share_text(value)} %"
         return f"{written(value, self._last)} {unit}".strip()
+
+    def _one_digit(self) -> str:
+        if self.unit == "m":
+            return f"{'-' if self.value < 0 else ''}{rounded_length(abs(self.value))}"
+        value = self.as_shown
+        place = places(abs(value), 1) if math.isfinite(value) else 0
+        return f"{written(value, place)} {'' if self.shown == '1' else self.shown}".strip()
 
     @property
     def number(self) -> str:
@@ -364,10 +372,6 @@ def length(
 def cell(estimate: Estimate, unit: str, samples: str = "") -> Cell:
     """Return an estimate in this SI unit, shown in the unit in which people read it."""
     return Cell(estimate.value, suited(estimate.value, unit), estimate.low, estimate.high, samples)
-
-
-def _one_digit(value: float) -> str:
-    return f"{'-' if value < 0 else ''}{rounded_length(abs(value))}"
 
 
 def in_one_unit(lengths: Sequence[Cell]) -> list[Cell]:

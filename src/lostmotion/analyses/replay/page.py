@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.analyses.result import Result
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits
-from lostmotion.reporting.provenance import at_least, missing_sentences, provenance_facts
+from lostmotion.reporting.provenance import (
+    as_known,
+    assumed_drives_sentences,
+    at_least,
+    missing_sentences,
+    provenance_facts,
+)
 from lostmotion.reporting.sheet import Cell, Sheet, length, several, table
 from lostmotion.runs.design_names import design_name
 from lostmotion.runs.replay import Replay
@@ -127,7 +133,11 @@ def _sheet(replay: Replay) -> Sheet:
 def _verdict(replay: Replay, where: str) -> str:
     error = at_least(length(replay.found.error), replay.known)
     return " ".join(
-        [f"An error of {error}: {where}.{_largest(replay)}", *missing_sentences(replay.known)]
+        [
+            f"An error of {error}: {where}.{_largest(replay)}",
+            *assumed_drives_sentences(replay.known),
+            *missing_sentences(replay.known),
+        ]
     )
 
 
@@ -136,7 +146,7 @@ def _largest(replay: Replay) -> str:
     error, which are the first ones.
     """
     named = [
-        f"{short_name(term.name)} {length(term.along)}"
+        f"{short_name(term.name)} {as_known(length(term.along), replay.known)}"
         for term in replay.terms[:_NAMED]
         if abs(term.along) >= _LEAST_TERM * replay.length
     ]

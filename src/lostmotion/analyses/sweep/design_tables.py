@@ -15,6 +15,7 @@ from lostmotion.reporting.arm_sheet import bounded_cards, sign_of
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.joint_values import joint_value
+from lostmotion.reporting.provenance import as_known
 from lostmotion.reporting.sheet import Card, Cell, length, several, table
 from lostmotion.runs.design_names import design_name, short_labels
 
@@ -70,9 +71,9 @@ def falls_text(each: Outcome) -> str:
     )
 
 
-def as_length(estimate: Estimate, samples: str) -> Cell:
-    """Return an estimate (m) in the unit that suits its size."""
-    return length(estimate.value, estimate.low, estimate.high, samples)
+def as_length(each: Outcome, estimate: Estimate, samples: str = "") -> Cell:
+    """Return an estimate (m) of a design, with one digit where every drive is assumed."""
+    return as_known(length(estimate.value, estimate.low, estimate.high, samples), each.known)
 
 
 def known_of(each: Outcome) -> States:
@@ -82,9 +83,9 @@ def known_of(each: Outcome) -> States:
     return replace(each.known, limits=each.limits)
 
 
-def _as_error(each: Outcome, estimate: Estimate, samples: str) -> Cell:
+def _error(each: Outcome, error: Cell) -> Cell:
     """Return an error of a design, as a lower bound where kinds of error are missing."""
-    return replace(as_length(estimate, samples), bound=sign_of(known_of(each)))
+    return replace(as_known(error, each.known), bound=sign_of(known_of(each)))
 
 
 def _designs(
@@ -122,7 +123,7 @@ def _designs(
         rows = [
             (
                 design_name(order.axes, each.design),
-                *(_as_error(each, each.figures[of.key], counted) for of in columns),
+                *(_error(each, as_length(each, each.figures[of.key], counted)) for of in columns),
             )
             for each in chosen
         ]
@@ -148,7 +149,7 @@ def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
     rows = [
         (
             design_name(order.axes, each.design),
-            *(_as_error(each, of, counted) for of in (each.ap, each.rp) if of is not None),
+            *(_error(each, as_length(each, of, counted)) for of in (each.ap, each.rp) if of),
         )
         for each in chosen
         if each.ap is not None and each.rp is not None
@@ -165,13 +166,13 @@ def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
 def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
     rows = []
     for each in chosen:
-        if each.lower is None:
+        if (lower := each.lower) is None:
             continue
-        significant = each.lower.low > 0 or each.lower.high < 0
+        significant = lower.low > 0 or lower.high < 0
         rows.append(
             (
                 design_name(order.axes, each.design),
-                length(-each.lower.value, -each.lower.high, -each.lower.low, counted),
+                as_known(length(-lower.value, -lower.high, -lower.low, counted), each.known),
                 "" if significant else "not significant: the interval contains zero",
             )
         )
@@ -240,6 +241,7 @@ def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
 
 
 def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
+    exact = f"exact sum over terms, {several(order.poses, 'pose')}"
     return table(
         "levels",
         "What can be compensated",
@@ -247,14 +249,14 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
         [
             (
                 design_name(order.axes, each.design),
-                each.figures["rms"],
+                as_length(each, each.figures["rms"], exact),
                 *(level / each.rms**2 if each.rms else 0.0 for level in each.levels),
             )
             for each in chosen
         ],
         f"shares of the mean square. Load and pose: {REMEDIES[0]}. Robot: {REMEDIES[1]}. "
         f"Visit: {REMEDIES[2]}" + (f"; {INTERVAL_OF_POSES}" if order.sets > 1 else ""),
-        samples=f"exact sum over terms, {several(order.poses, 'pose')}",
+        samples=exact,
     )
 
 
@@ -267,7 +269,7 @@ def _extremes(order: Order, outcomes: Sequence[Outcome], counted: str) -> Sectio
     rows = [
         (
             (f"{design_name(order.axes, each.design)}, " if swept else "") + f"pose {each.pose}",
-            replace(length(each.error), bound=sign_of(known_of(outcomes[each.design]))),
+            _error(outcomes[each.design], length(each.error)),
             f"robot {each.robot}, visit {each.visit}: "
             f"{_joints(outcomes[each.design].joints, each.q)}"
             + (f"; --design {each.design}" if swept else ""),
@@ -301,7 +303,7 @@ def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
         "First order against exact composition",
         ("value",),
         [
-            ("largest difference", length(each.check.largest), where),
+            ("largest difference", as_known(length(each.check.largest), each.known), where),
             ("largest, of the 95th percentile", Cell(share, "%"), warn),
         ],
         samples=counted,
@@ -330,7 +332,7 @@ def design_cards(
         strict=False,
     )
     for title, each in ends:
-        figure = as_length(each.p95, "")
+        figure = as_length(each, each.p95)
         named = title if len(ranked) > 1 else "95th percentile of the error"
         name = design_name(order.axes, each.design)
         out.append(_bounded(each, Card(named, str(figure), name, limited_as="error")))
@@ -342,7 +344,7 @@ def design_cards(
             of,
             Card(
                 "largest error",
-                str(length(largest.error)),
+                str(as_known(length(largest.error), of.known)),
                 f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}",
                 limited_as="error",
             ),
@@ -366,7 +368,7 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
             of,
             Card(
                 f"{rp_name(order.approach)}, best design",
-                str(as_length(repeats[best], "")),
+                str(as_length(of, repeats[best])),
                 design_name(order.axes, best),
                 limited_as="repeatability",
             ),

@@ -22,6 +22,7 @@ from lostmotion.error_model.trust import error_remarks
 from lostmotion.reporting.first_order import failed, failure, unsure
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
+    assumed_drives_sentences,
     assumed_value_sentences,
     at_least,
     bound,
@@ -258,21 +259,23 @@ def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
         of_best if of_best.lower_bound or not of_worst.lower_bound else of_worst,
         limits=(*best.limits, *other),
     )
-    best_figure, worst_figure = (as_length(each.p95, "") for each in (best, worst))
+    best_figure, worst_figure = (as_length(each, each.p95) for each in (best, worst))
     if len(ranked) == 1:
         repeats = (
             (
                 " "
-                f"{repeatability_sentence(rp_name(order.approach), str(as_length(best.rp, '')), known)}"  # noqa: E501
+                f"{repeatability_sentence(rp_name(order.approach), str(as_length(best, best.rp)), known)}"  # noqa: E501
             )
             if best.rp is not None
             else ""
         )
-        within = f"{best_figure} ({best_figure.interval or 'no interval'})"
+        interval = best_figure.interval or ("" if best_figure.assumed else "no interval")
+        within = f"{best_figure} ({interval})" if interval else str(best_figure)
         return " ".join(
             [
                 error_sentence(within, known) + repeats,
                 *upper_limit_sentences(known),
+                *assumed_drives_sentences(known),
                 *assumed_value_sentences(known),
             ]
         )

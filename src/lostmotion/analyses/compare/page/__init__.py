@@ -33,6 +33,7 @@ from lostmotion.analyses.compare.page.tables import (
 from lostmotion.comparison.description import WHOLE_JOINT
 from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.trust import error_remarks
+from lostmotion.reporting.arm_sheet import sections_as_known
 from lostmotion.reporting.first_order import checked, with_falls
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import provenance_facts
@@ -42,7 +43,10 @@ from lostmotion.reporting.sheet import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from lostmotion.comparison.comparison import Change, Comparison
+    from lostmotion.reporting.sheet import Section
 
 
 _SAME: Final = "The same arms, version, seed and counts give the same bytes."
@@ -108,19 +112,22 @@ def compare_sheet(comparison: Comparison) -> Sheet:
         verdict=headline,
         cards=(),
         sections=(
-            *(changes_section(comparison, group) for group in GROUPS),
+            *_of_errors(comparison, (changes_section(comparison, group) for group in GROUPS)),
             *commanded_tool_points(comparison),
             values_section(comparison),
-            *(
-                section
-                for k, change in enumerate(comparison.changes)
-                for section in parts_sections(comparison, change, k)
+            *_of_errors(
+                comparison,
+                (
+                    section
+                    for k, change in enumerate(comparison.changes)
+                    for section in parts_sections(comparison, change, k)
+                ),
             ),
             *states_sections(comparison),
-            figures_section(comparison),
+            *_of_errors(comparison, [figures_section(comparison)]),
             drives_section(comparison),
             arms_section(comparison),
-            check_section(comparison),
+            *_of_errors(comparison, [check_section(comparison)]),
         ),
         counts=counts,
         warnings=warnings(comparison),
@@ -145,6 +152,13 @@ def compare_sheet(comparison: Comparison) -> Sheet:
             cards=(),
         )
     return sheet
+
+
+def _of_errors(comparison: Comparison, sections: Iterable[Section]) -> tuple[Section, ...]:
+    """Return tables of errors, with one digit where every drive of one of the arms is assumed."""
+    for each in comparison.arms:
+        sections = sections_as_known(sections, each.known)
+    return tuple(sections)
 
 
 def _notes(comparison: Comparison) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from lostmotion.analyses.sizing.page.plots import selection_plots as plots
 from lostmotion.error_model.upper_limits import with_limits
-from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.arm_sheet import sections_as_known, with_arm
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import as_known, at_least, by_what_is_described, caveats
 from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, cell, length, several, table
@@ -62,9 +62,9 @@ def sheet(result: Selection) -> Sheet:
     sections = (
         _parts(result),
         _errors(result, counted),
-        _savings(result, small),
-        _trade_off(result, small),
-        _halving(result),
+        *sections_as_known(
+            (_savings(result, small), _trade_off(result, small), _halving(result)), known
+        ),
         _torques(result),
         _searched(result),
     )

@@ -13,10 +13,10 @@ from lostmotion.analyses.sizing.page.plots import sizing_plots as plots
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
 from lostmotion.printed import ARCMIN
-from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.arm_sheet import sections_as_known, with_arm
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import as_known, at_least, caveats
+from lostmotion.reporting.provenance import as_known, assumed_drives_sentences, at_least, caveats
 from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, length, several, table
 from lostmotion.sizing.lightest import PAPER
 
@@ -80,7 +80,7 @@ def sheet(result: Size) -> Sheet:
                 _sections(result),
                 _bending(result, counted),
                 _loads(result),
-                _trade_off(result),
+                *sections_as_known([_trade_off(result)], known),
                 _validation(result),
             ),
             counts=counted + tilts,
@@ -175,7 +175,7 @@ def _verdict(result: Size, known: States) -> str:
             f" With limits twice as wide the {sized} {'is' if one else 'are'} "
             f"{_kg(after - wide.mass)} lighter and the error is {change}."
         )
-    return " ".join([text, *caveats(known, missing=False)])
+    return " ".join([text, *assumed_drives_sentences(known), *caveats(known, missing=False)])
 
 
 def _cards(result: Size, known: States) -> list[Card]:

@@ -13,7 +13,6 @@ from lostmotion.analyses.targets.page.items import (
     size_at,
     solver_samples,
     stated_size,
-    times,
     verification_samples,
 )
 from lostmotion.analyses.targets.page.plots import plots
@@ -27,7 +26,7 @@ from lostmotion.analyses.targets.page.yields import (
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.arm_sheet import sections_as_known, with_arm
 from lostmotion.reporting.first_order import with_falls
 from lostmotion.reporting.provenance import (
     as_known,
@@ -36,6 +35,7 @@ from lostmotion.reporting.provenance import (
     caveats,
     repeats_bounded,
     share_within_bounded,
+    size_as_known,
 )
 from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, cell, length, several, table
 
@@ -104,7 +104,11 @@ def sheet(result: Target) -> Sheet:
             subject="allowances of its parts for a target",
             verdict=with_falls(_verdict(result, known), result.arm),
             cards=tuple(_cards(result, known)),
-            sections=(_whole(result, known), *item_sections(result), *yields),
+            sections=(
+                _whole(result, known),
+                *sections_as_known(item_sections(result), known, size_as_known),
+                *yields,
+            ),
             counts=counted,
             notes=tuple(_remarks(result)),
             words=_WORDS,
@@ -185,19 +189,19 @@ def _verdict(result: Target, known: States) -> str:
     if result.equal_factor is not None:
         factor = float(np.nanmax(result.equal_factor.factors))
         text += (
-            f" All errors {'may grow' if factor > 1 else 'must shrink'} together to {factor:.3g} "
-            "of their present size."
+            f" All errors {'may grow' if factor > 1 else 'must shrink'} together to "
+            f"{_factor(factor, known)} of their present size."
         )
     single = ordered(result.allowances)
     if is_met(result) and single:
         one = single[0]
         text += (
             f" The tightest item is {short_name(one.item.name)}: stated {stated_size(one.item)}, "
-            f"allowed {_allowed(one)}."
+            f"allowed {_allowed(one, known)}."
         )
     elif single:
         alone = ", ".join(
-            f"{short_name(each.item.name)} ({stated_size(each.item)} to {_allowed(each)})"
+            f"{short_name(each.item.name)} ({stated_size(each.item)} to {_allowed(each, known)})"
             for each in reversed(single[-2:])
         )
         text += (
@@ -212,7 +216,7 @@ def _verdict(result: Target, known: States) -> str:
             last = shared[-1]
             text += (
                 f" One cause in all parts of a kind is enough: {last.item.name} "
-                f"({stated_size(last.item)} to {_allowed(last)})."
+                f"({stated_size(last.item)} to {_allowed(last, known)})."
             )
     first = yield_figure(result.yields[0])
     text += f" The yield is {share_within_bounded(first, known)} ({first.interval})."
@@ -225,9 +229,14 @@ def _verdict(result: Target, known: States) -> str:
     return " ".join([text, *caveats(known)])
 
 
-def _allowed(each: Allowance) -> Cell:
+def _factor(factor: float, known: States) -> str:
+    """Return a factor on all errors as text, with one digit where every drive is assumed."""
+    return str(size_as_known(Cell(factor, "1"), known)) if known.presets else f"{factor:.3g}"
+
+
+def _allowed(each: Allowance, known: States) -> Cell:
     """Return the allowed size without its interval."""
-    return size_at(each.item, each.factor).alone
+    return size_as_known(size_at(each.item, each.factor).alone, known)
 
 
 def _cards(result: Target, known: States) -> list[Card]:
@@ -243,7 +252,13 @@ def _cards(result: Target, known: States) -> list[Card]:
     ]
     if result.equal_factor is not None:
         factor = float(np.nanmax(result.equal_factor.factors))
-        out.append(Card("equal factor on all errors", times(factor), "their present size"))
+        out.append(
+            Card(
+                "equal factor on all errors",
+                f"{_factor(factor, known)} times",
+                "their present size",
+            )
+        )
     single = ordered(result.allowances)
     if single:
         one = single[0] if is_met(result) else single[-1]
@@ -252,7 +267,7 @@ def _cards(result: Target, known: States) -> list[Card]:
                 "allowed size of the tightest item"
                 if is_met(result)
                 else "size that one item alone needs",
-                str(_allowed(one)),
+                str(_allowed(one, known)),
                 (
                     f"{short_name(one.item.name)}, stated "
                     f"{stated_size(one.item)}{'' if is_met(result) else '; the smallest change'}"

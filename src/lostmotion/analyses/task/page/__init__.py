@@ -5,6 +5,7 @@ largest contributor.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,10 +15,10 @@ from lostmotion.analyses.task.page.help_tables import help_sections
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import in_error, with_limits
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.arm_sheet import sections_as_known, with_arm
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values, tool_place
-from lostmotion.reporting.provenance import at_least, caveats
+from lostmotion.reporting.provenance import as_known, at_least, caveats
 from lostmotion.reporting.sheet import (
     Bar,
     Bars,
@@ -101,6 +102,7 @@ def task_sheet(outcome: TaskOutcome) -> Sheet:
         facts=outcome.facts,
         bars=_bars(outcome),
     )
+    sheet = replace(sheet, sections=sections_as_known(sheet.sections, known))
     sheet = with_arm(sheet, arm, known, sections=("reversal",))
     return checked(sheet, outcome.check, outcome.check.length, arm)
 
@@ -169,7 +171,8 @@ def _cards(outcome: TaskOutcome, known: States) -> tuple[Card, ...]:
         cards.append(Card("largest contributor", short_name(part), f"{Cell(share, '%')}"))
     reversal = float(outcome.reversal.max(initial=0.0))
     if reversal:
-        cards.append(Card("reversal error", str(length(reversal)), "largest along the path"))
+        figure = as_known(length(reversal), known)
+        cards.append(Card("reversal error", str(figure), "largest along the path"))
     return tuple(cards)
 
 
