@@ -96,8 +96,8 @@ ARM
             """lostmotion: 1 mistake
 lostmotion run
   found     '0.2..0.5 m'
-  expected  nothing more; what has spaces stands in quotes
-  example   "x 0.2..0.5 m"
+  expected  nothing more: values stand behind an option that lostmotion run --help lists, those with spaces in quotes
+  example   --zone "x 0.2..0.5 m"
 """,
         ),
         (

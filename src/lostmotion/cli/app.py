@@ -76,7 +76,7 @@ class _Questions(TyperGroup):
                 TyperGroup(
                     name=cmd_name,
                     commands=behind,
-                    help=f"Commands of {cmd_name}.",
+                    help=f"What `lostmotion {cmd_name}` writes; each has its own --help.",
                     rich_markup_mode=None,
                 )
                 if behind

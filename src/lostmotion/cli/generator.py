@@ -150,8 +150,9 @@ def _problems(
             "",
             ctx.command_path,
             shown(" ".join(left)),
-            "nothing more; what has spaces stands in quotes",
-            '"x 0.2..0.5 m"',
+            f"nothing more: values stand behind an option that {ctx.command_path} --help lists, "
+            "those with spaces in quotes",
+            '--zone "x 0.2..0.5 m"' if "--zone" in known else "--out folder",
         )
     elif option not in known:
         near = nearest(option, known)
