@@ -341,15 +341,29 @@ def test_a_file_states_its_instrument(tmp_path):
         ("# temperature: 1e6 °C", "at most 200 °C"),
         ("# deviations: tilt 1 mrad", "tilt"),
         ("# deviations: turn 1 mm", "turn"),
+        ("# Noise = -3 mm", "# noise: 20 µm"),
+        ("# noise 3", "noise"),
+        ("# nosie: 20 µm", "# noise"),
+        ("# Pay load = 2 kg", "# payload"),
+        ("# noise: 20 µm\n# NOISE: 30 µm", "line 3"),
     ],
 )
 def test_a_wrong_line_above_the_rows_is_refused(line, text, tmp_path):
     """With its number."""
     path = written(tmp_path / "visits.csv", *twenty())
     path.write_text(f"# free\n{line}\n" + path.read_text())
-    with pytest.raises(InputError, match="line 2") as refused:
+    with pytest.raises(InputError, match=r"line [23]") as refused:
         lostmotion.calibrate(ARM, path)
     assert refused.match(text)
+
+
+@pytest.mark.parametrize("line", ["# noise: 30 µm", "#Noise = 30 µm", "# NOISE 30 µm"])
+def test_a_line_above_the_rows_is_read_as_people_write_it(line, tmp_path):
+    """With a colon, an equals sign or neither; and other comments are free."""
+    path = written(tmp_path / "visits.csv", *twenty())
+    free = "# notes: noise was low\n# operator: A\n# signed\n"
+    path.write_text(f"{free}{line}\n" + path.read_text())
+    assert read_calibration_visits(path, lostmotion.read(ARM)).noise == pytest.approx(30e-6)
 
 
 def test_duplicates_and_wrong_rows_are_named(tmp_path):

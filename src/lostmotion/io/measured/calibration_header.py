@@ -10,11 +10,12 @@
 
 `deviations` are those assumed for errors that the arm's file does not state, by the names of
 `Deviations`. Payload and temperature are compared with those of the arm's file. Other comments are
-free.
+free, but for keys that are nearly one of these. Capitals do not count, and `=` is as good as `:`.
 """
 
 from __future__ import annotations
 
+import difflib
 import re
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, Final, cast, get_args
@@ -32,9 +33,17 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
-_LINE: Final = re.compile(
-    r"^\s*#\s*(instrument|noise|deviations|payload|temperature|camera|tag size)\s*:\s*(.*)$"
+_KEYS: Final = (
+    *("instrument", "noise", "deviations", "payload", "temperature", "camera", "tag size"),
+    "sign",  # which `stated_sign` reads
 )
+# A key with what it states: after a colon or an equals sign, or a number at once.
+_LINE: Final = re.compile(
+    rf"^\s*#\s*({'|'.join(_KEYS[:-1])})(?:\s*[:=]\s*|\s+(?=[-+.]?\d))(.*)$", re.IGNORECASE
+)
+_OTHER: Final = re.compile(r"^\s*#\s*([a-z][\w -]{1,20}?)\s*[:=]", re.IGNORECASE)
+# Likeness from which the key of a comment is a misspelt one.
+_MISSPELT: Final = 0.8
 _FOCAL: Final = Quantity("", "800", low=1, high=1e6)
 _CENTRE: Final = Quantity("", "320", above=0, high=1e6)
 _CAMERA: Final = {"fx": _FOCAL, "fy": _FOCAL, "cx": _CENTRE, "cy": _CENTRE}
@@ -80,9 +89,12 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
     for number, line in enumerate(text.splitlines(), 1):
         match = _LINE.match(line)
         if match is None:
+            mistakes += _misspelt(file, number, line)
             continue
-        key, value = match[1], match[2].strip()
-        stated[key] = value
+        key, value = match[1].lower(), match[2].strip()
+        if stated.setdefault(key, value) != value:
+            expected = f"{shown(stated[key])}, as stated above it, or one line"
+            mistakes.append(Problem(file, f"line {number}, {key}", shown(value), expected))
         wanted = _ALONE
         pairs = [(key, value)] if key in wanted else []
         if key in {"deviations", "camera"}:
@@ -119,6 +131,17 @@ def read_header(file: str, text: str, arm: Arm) -> tuple[StatedInFile, list[Prob
         ),
         mistakes,
     )
+
+
+def _misspelt(file: str, number: int, line: str) -> list[Problem]:
+    """Return the mistake of a comment whose key is nearly one that states something."""
+    match = _OTHER.match(line)
+    key = match[1].lower() if match else ""
+    near = difflib.get_close_matches(key, _KEYS, n=1, cutoff=_MISSPELT)
+    if not near or key == near[0]:
+        return []
+    expected = f"# {near[0]}: and a value, or a comment in other words"
+    return [Problem(file, f"line {number}", shown(key), expected, "", near[0])]
 
 
 def _camera(found: dict[str, float]) -> Camera | None:
