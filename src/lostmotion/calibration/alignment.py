@@ -10,10 +10,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lostmotion.laws.frame_fit import rigid
+from lostmotion.mechanism.state import state_of
 from lostmotion.spatial import inverse
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.calibration.instruments import MeasuredVisits
     from lostmotion.calibration.terms import Deviations
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _STEPS: Final = 200
@@ -28,6 +33,14 @@ _WRONG_ARM: Final = 0.05
 _WRONG_TOOL: Final = 5.0
 # Mean angle that one turn of the tool may leave of measured orientations, degrees.
 _WRONG_TURN: Final = 5.0
+# Share of the rows that the best frames are estimated from where others may be wrong, and distance
+# from which these are, over the median of those; or over 1 mm.
+_TRUSTED: Final = 0.75
+_TRIMS: Final = 20
+_LEAST: Final = 1e-3
+# Fewest rows among which a wrong one is found: three quarters determine the frames.
+_MANY: Final = 8
+_WRONG_ROW: Final = 20.0
 
 
 class WrongArmError(ValueError):
@@ -71,9 +84,38 @@ def align(frames: Floats, measured: Floats, *, with_tool: bool = True) -> Alignm
         frame = rigid(measured, frames[:, :3, 3] + frames[:, :3, :3] @ offset)
         if np.abs(offset - before).max() < _SETTLED:
             break
+    left = _left(frames, measured, frame, offset)
+    return Alignment(frame, offset, float(left.mean()))
+
+
+def _left(frames: Floats, measured: Floats, frame: Floats, offset: Floats) -> Floats:
+    """Return the distances (pose,) that remain, m."""
     moved = frame @ frames
     left = measured - moved[:, :3, 3] - moved[:, :3, :3] @ offset
-    return Alignment(frame, offset, float(np.linalg.norm(left, axis=1).mean()))
+    return np.asarray(np.linalg.norm(left, axis=1))
+
+
+def plausible_rows(arm: Arm, measured: MeasuredVisits) -> NDArray[np.int64]:
+    """Return the visits whose points no gross mistake moved: all of them for most measurements.
+
+    The best frames are those of three quarters of the rows, whose distances are least. Source: P.
+    Rousseeuw, K. Van Driessen, Data Min. Knowl. Disc. 12 (2006) 29 (least trimmed squares).
+    """
+    frames = state_of(arm, measured.q).frames[-1]
+    point = measured.point
+    if measured.difference is not None:
+        point = frames[:, :3, 3] + measured.difference
+    if point is None or len(point) < _MANY:
+        return np.arange(len(measured))
+    trusted = np.arange(len(point))
+    for _ in range(_TRIMS):
+        found = align(frames[trusted], point[trusted])
+        left = _left(frames, point, found.frame, found.offset)
+        before, order = trusted, np.argsort(left, kind="stable")
+        trusted = np.sort(order[: int(np.ceil(_TRUSTED * len(point)))])
+        if np.array_equal(before, trusted):
+            break
+    return np.flatnonzero(left <= _WRONG_ROW * max(float(np.median(left[trusted])), _LEAST))
 
 
 def in_base(frame: Floats, points: Floats) -> Floats:
@@ -89,8 +131,8 @@ def to_base(
 
     Raises WrongArmError.
     """
-    found, rigid = align(frames, point), align(frames, point, with_tool=False)
     reach = float(np.linalg.norm(frames[:, :3, 3], axis=1).max())
+    found, rigid = align(frames, point), align(frames, point, with_tool=False)
     if found.left > _WRONG_ARM * reach:
         raise WrongArmError(
             f"{1e3 * found.left:.3g} mm remain on average with the best base and tool frame, "

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.calibration.model import model_of
 from lostmotion.controller_model.percentile import percentile95
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.calibration.model import RobotModel
+    from lostmotion.calibration.robot import Robot
     from lostmotion.spatial import Floats
 
 _PASSES: Final = 2
@@ -26,6 +28,9 @@ _WORTH: Final = 0.02
 _AHEAD: Final = 5
 # Singular values below this share of the largest are of combinations that no measurement resolves.
 _RANK: Final = 1e-7
+# Poses that a calibration proposes to measure next, and the candidates for them.
+_NEXT_POSES: Final = 5
+_NEXT: Final = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,3 +186,22 @@ def observability(columns: Floats) -> tuple[float, ...]:
         least**2 / float(values[0]),
         float(1 / (1 / values).sum()),
     )
+
+
+def next_poses(robot: Robot, q: Floats, seed: int) -> tuple[Floats, Floats]:
+    """Return the poses (pose, joint) within the measured joint ranges that would most improve a
+    calibration, and the mean 95 % radius of the tool, m, after each number of them.
+
+    q  (pose, joint) the measured poses
+    """
+    low, high = q.min(axis=0), q.max(axis=0)
+    every = low + np.random.default_rng(seed).random((_NEXT, q.shape[1])) * (high - low)
+    best, streams = robot.climb.kept.fit, robot.climb.model.streams
+    kept = np.flatnonzero(best.variances[: len(streams)])
+    model = model_of(robot.arm, every, robot.calibration.added)
+    model = model.keeping(model.numbers([streams[k] for k in kept]))
+    covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
+    found = plan(
+        model, model.rows(np.arange(_NEXT // 4)), _NEXT_POSES, covariance, noise=robot.noise(best)
+    )
+    return every[found.chosen], found.radius

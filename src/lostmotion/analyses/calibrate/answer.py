@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.calibration.alignment import plausible_rows
 from lostmotion.calibration.chain import ChainErrors
 from lostmotion.calibration.choices import Asked
 from lostmotion.calibration.correction import corrected
@@ -151,8 +152,10 @@ def calibrated(  # noqa: PLR0913 - as `robot_of`
     """Return what the visits show of the robot; arguments as for `robot_of`, whose WrongArmError is
     raised.
     """
+    bare = arm.calibrated(None)
+    visits, wrong = _plausible(bare, visits)
     robot = robot_of(
-        arm.calibrated(None),
+        bare,
         visits,
         terms=terms,
         prior=prior,
@@ -165,7 +168,7 @@ def calibrated(  # noqa: PLR0913 - as `robot_of`
     first = robot.repeats.first[robot.poses]
     far = [visits.lines[k] for k in np.flatnonzero(~robot.repeats.used)]
     taken = int(np.isin(robot.repeats.pose, robot.poses).sum())
-    visits = replace(visits.rows(first), lines=tuple(visits.lines[k] for k in first))
+    visits = visits.rows(first)
     best, model = robot.climb.kept.fit, robot.climb.model
     draws, unknowns = np.split(best.mean, [len(model.streams)])
     residual = robot.instrument.rows(model.frames(draws), unknowns).residual
@@ -181,9 +184,19 @@ def calibrated(  # noqa: PLR0913 - as `robot_of`
         elsewhere,
         taken,
         _findings(robot),
-        tuple(_warnings(robot, visits, far, elsewhere)),
+        (*wrong, *_warnings(robot, visits, far, elsewhere)),
         seed,
     )
+
+
+def _plausible(arm: Arm, visits: CalibrationVisits) -> tuple[CalibrationVisits, list[str]]:
+    """Return the visits without gross mistakes, and a warning with the lines of these."""
+    kept = plausible_rows(arm, visits)
+    lines = [line for k, line in enumerate(visits.lines) if k not in kept]
+    if not lines:
+        return visits, []
+    far = f"{several(len(lines), 'row')} far from where this arm can be, not used and not counted "
+    return visits.rows(kept), [f"{far}in the accuracy: {_listed(lines)}"]
 
 
 def _listed(lines: Sequence[int]) -> str:
@@ -293,9 +306,6 @@ class ImportedErrors(ChainErrors):
 
 CANDIDATES: Final = 2000
 _WORKING: Final = 256
-# Poses that a calibration proposes to measure next, and the candidates for them.
-NEXT_POSES: Final = 5
-_NEXT: Final = 400
 # Prior variances by which poses are chosen, over those of the estimates: a wide prior is robust.
 _WIDE: Final = 4.0
 
@@ -351,6 +361,7 @@ def _measured(
     arm: Arm, visits: CalibrationVisits, sizes: Deviations, noise: float, wanted: RobotModel
 ) -> Floats:
     """Return the covariance of the estimates after what was measured, with a wide prior."""
+    visits, _ = _plausible(arm, visits)
     seen = measured_in_base(arm, visits, sizes)
     repeats = repeats_of(visits, seen.instrument, seen.frames)
     instrument, q = repeats.mean(seen.instrument), visits.q[repeats.first]
@@ -364,25 +375,6 @@ def _measured(
     covariance = fit(model, instrument, asked).covariance
     rows = model.numbers(wanted.streams)
     return np.asarray(covariance[np.ix_(rows, rows)])
-
-
-def next_poses(robot: Robot, q: Floats, seed: int) -> tuple[Floats, Floats]:
-    """Return the poses (pose, joint) within the measured joint ranges that would most improve a
-    calibration, and the mean 95 % radius of the tool, m, after each number of them.
-
-    q  (pose, joint) the measured poses
-    """
-    low, high = q.min(axis=0), q.max(axis=0)
-    every = low + np.random.default_rng(seed).random((_NEXT, q.shape[1])) * (high - low)
-    best, streams = robot.climb.kept.fit, robot.climb.model.streams
-    kept = np.flatnonzero(best.variances[: len(streams)])
-    model = model_of(robot.arm, every, robot.calibration.added)
-    model = model.keeping(model.numbers([streams[k] for k in kept]))
-    covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
-    found = plan(
-        model, model.rows(np.arange(_NEXT // 4)), NEXT_POSES, covariance, noise=robot.noise(best)
-    )
-    return every[found.chosen], found.radius
 
 
 def corrected_radius(robot: Robot, q: Floats) -> Floats:

@@ -64,6 +64,7 @@ from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from typing import Self
 
     from numpy.typing import NDArray
 
@@ -96,6 +97,11 @@ class CalibrationVisits(MeasuredVisits):
     digest: str = ""
     noise: float | None = None
     sizes: Deviations | None = None
+
+    def rows(self, kept: NDArray[np.int64]) -> Self:
+        """Return the visits in these rows, with their lines."""
+        lines = tuple(self.lines[k] for k in kept) if self.lines else ()
+        return replace(super().rows(kept), lines=lines)
 
 
 def read_calibration_visits(
@@ -199,11 +205,7 @@ def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
     if read is not None and read.kind != "tags" and scatter:
         return visits
     kept = np.array(sorted(first.values()))
-    return replace(
-        visits.rows(kept),
-        lines=tuple(visits.lines[k] for k in kept),
-        duplicates=len(visits) - len(kept),
-    )
+    return replace(visits.rows(kept), duplicates=len(visits) - len(kept))
 
 
 def _rows_of(values: Sequence[Any], names: Sequence[Any]) -> list[Any]:
@@ -290,7 +292,7 @@ def _of_images(
 ) -> CalibrationVisits:
     """Return visits with one row per whole tag, whose corners stand in the rows of `images`."""
     first = images[:, 0]
-    out = replace(visits.rows(first), lines=tuple(visits.lines[k] for k in first))
+    out = visits.rows(first)
     names = tuple(readings.target[k] for k in first)
     return replace(out, readings=readings._replace(value=readings.value[images], target=names))
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.calibrate.answer import FEWEST_COUNTED, corrected_radius, next_poses
+from lostmotion.analyses.calibrate.answer import FEWEST_COUNTED, corrected_radius
+from lostmotion.calibration.plan import next_poses
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import in_words, length, table
 
