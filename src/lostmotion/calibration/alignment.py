@@ -155,6 +155,28 @@ def to_base(
     return in_base(rigid.frame, point), turned, rigid
 
 
+def refuse_other_arm(error: Floats, frames: Floats, *, turns: bool) -> None:
+    """Raise WrongArmError where readings of one number, or pixels, are far from those of any base
+    and tool frame.
+
+    error   (pose,) what these leave of each, m; with `turns` rad
+    frames  (pose, 4, 4) nominal frames of the tool, m
+    """
+    left = float(np.median(error))
+    reach = float(np.linalg.norm(frames[:, :3, 3], axis=1).max())
+    if turns and np.degrees(left) > _WRONG_TURN:
+        raise WrongArmError(
+            f"{np.degrees(left):.3g}° remain at half the rows with the best base and tool frame: "
+            "the rows belong to another arm, or the readings to other axes"
+        )
+    if not turns and left > _WRONG_ARM * reach:
+        raise WrongArmError(
+            f"{1e3 * left:.3g} mm remain at half the rows with the best base and tool frame, "
+            f"{100 * left / reach:.2g} % of the reach: the rows belong to another arm, or the "
+            "readings to other targets"
+        )
+
+
 def _refuse_other_orientation(frames: Floats, rotation: Floats, largest: float) -> None:
     """Raise WrongArmError where orientations (pose, 3, 3) in the base are not those of the frames
     (pose, 4, 4) but for one turn of the tool, or where that exceeds `largest`, rad.

@@ -365,3 +365,47 @@ def test_a_sign_is_about_differences_and_stated_in_all_files(tmp_path):
     two.write_text("# sign: attained - commanded\n" + two.read_text())
     read = read_calibration_visits([one, two], arm)
     np.testing.assert_allclose(read.difference, np.vstack([-points[:10], points[10:]]) / 1000)
+
+
+def test_readings_of_another_arm_are_refused(tmp_path):
+    """Where half of the distances are 5 % of the reach from those of any base and tool frame; their
+    estimates were printed with a warning.
+    """
+    joints, _ = twenty()
+    header = HEADER.replace("x [mm],y [mm],z [mm]", "distance [mm],to")
+    text = [",".join([*map(str, row), f"{500 + 37 * k % 90},A"]) for k, row in enumerate(joints)]
+    path = tmp_path / "wire.csv"
+    path.write_text("\n".join([header, *text]) + "\n")
+    with pytest.raises(InputError, match="belong to another arm"):
+        lostmotion.calibrate(ARM, path, terms="geometry")
+
+
+@pytest.mark.parametrize(
+    ("heading", "cell", "found"),
+    [
+        ("distance [mm],to", "0,A", "distance"),
+        ("sphere,radius [mm]", "A,-5", "radius"),
+        ("x [mm],y [mm],z [mm],time [s]", "1,2,3,1e308", "time"),
+        ("x [mm],y [mm],z [mm],payload [kg]", "1,2,3,-1", "payload"),
+    ],
+)
+def test_impossible_readings_are_refused_by_line(heading, cell, found, tmp_path):
+    """Of each kind, with the line."""
+    joints, _ = twenty()
+    header = HEADER.replace("x [mm],y [mm],z [mm]", heading)
+    path = tmp_path / "visits.csv"
+    path.write_text("\n".join([header, *(",".join([*map(str, r), cell]) for r in joints)]) + "\n")
+    with pytest.raises(InputError, match=f"line 2, {found}"):
+        read_calibration_visits(path, lostmotion.read(ARM))
+
+
+def test_a_tag_without_area_is_refused(tmp_path):
+    """Corners on one line leave no pose of it."""
+    joints, _ = twenty()
+    header = HEADER.replace("x [mm],y [mm],z [mm]", "u,v,corner,tag")
+    camera = "# camera: fx 800, fy 800, cx 320, cy 240\n# tag size: 40 mm\n"
+    cells = [",".join([*map(str, row), f"{c},{c},{c},A"]) for row in joints for c in range(4)]
+    path = tmp_path / "tags.csv"
+    path.write_text(camera + "\n".join([header, *cells]) + "\n")
+    with pytest.raises(InputError, match="a tag of 0 px"):
+        read_calibration_visits(path, lostmotion.read(ARM))

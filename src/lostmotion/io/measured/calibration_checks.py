@@ -45,6 +45,11 @@ _NOTHING: Final = "nothing"
 _BESIDE: Final = 1e-6
 # A row that is so many times as far from the others as they are from each other has another unit,
 # and so has a column whose extent differs by so much more than that of the nominal points.
+# Shortest distance and radius, m, and longest time, s.
+_LEAST_LENGTH: Final = 1e-4
+_LONGEST_TIME: Final = 1e12
+# Smallest area of a tag in an image, px^2.
+_AREA: Final = 1.0
 _OTHER_UNIT: Final = 100.0
 _UNEQUAL: Final = 30.0
 
@@ -116,13 +121,22 @@ def equal_rows(file: str, q: Floats, measured: Sequence[Floats]) -> list[Problem
     ]
 
 
-def negative(file: str, values: Mapping[str, Floats], lines: Sequence[int]) -> list[Problem]:
-    """Return payloads below zero."""
-    payload = values.get("payload", np.zeros(0))
-    return [
-        Problem(file, f"line {lines[row]}, payload", f"{payload[row]:g} kg", "0 kg or more", "2")
-        for row in np.flatnonzero(payload < 0)[:MOST_MISTAKES]
-    ]
+def out_of_range(file: str, values: Mapping[str, Floats], lines: Sequence[int]) -> list[Problem]:
+    """Return payloads below zero, distances and radii that are none, and times beyond any clock."""
+    out = []
+    for role, low, high, unit, example in (
+        ("payload", 0.0, np.inf, "kg", "2"),
+        ("distance", _LEAST_LENGTH, np.inf, "m", "500 mm"),
+        ("radius", _LEAST_LENGTH, np.inf, "m", "12.7 mm"),
+        ("time", -_LONGEST_TIME, _LONGEST_TIME, "s", "30"),
+    ):
+        found = values.get(role, np.zeros(0))
+        expected = f"at most {high:g} {unit}" if high < np.inf else f"{low:g} {unit} or more"
+        out += [
+            Problem(file, f"line {lines[row]}, {role}", f"{found[row]:g} {unit}", expected, example)
+            for row in np.flatnonzero((found < low) | (found > high))[:MOST_MISTAKES]
+        ]
+    return out
 
 
 def mistakes_in_targets(
@@ -187,9 +201,25 @@ def whole_tags(
     images = sorted([rows[number] for number in sorted(rows)] for _, rows in whole)
     kept = np.array(images, dtype=np.int64).reshape(-1, 4)
     partly = len(every) - len(whole)
+    out += _flat(file, readings.value[kept], [lines[k] for k in kept[:, 0].tolist()])
     unused = f"images in {file} without all four corners of a tag, not used: {partly}"
     remarks = [unused] if partly else []
     return kept, remarks, out[:MOST_MISTAKES]
+
+
+def _flat(file: str, corners: Floats, lines: Sequence[int]) -> list[Problem]:
+    """Return images (image, 4, 2), px, in which a tag has no area."""
+    one, two = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    area = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) / 2
+    return [
+        Problem(
+            file,
+            f"line {lines[int(k)]}, u and v",
+            f"a tag of {area[k]:.3g} px^2",
+            f"four corners around {_AREA:g} px^2 or more, one after another",
+        )
+        for k in np.flatnonzero(area < _AREA)
+    ]
 
 
 def differing(stated: Sequence[tuple[str, Mapping[str, str]]]) -> list[Problem]:

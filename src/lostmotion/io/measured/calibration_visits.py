@@ -34,9 +34,9 @@ from lostmotion.io.measured.calibration_checks import (
     differing,
     equal_rows,
     mistakes_in_targets,
-    negative,
     not_unit,
     other_units,
+    out_of_range,
     outside_limits,
     stated_above,
     whole_tags,
@@ -256,7 +256,7 @@ def _read(
     mistakes += equal_rows(file, q, [groups[g] for g in (POINT, DIFFERENCE) if g in groups])
     if QUATERNION in groups:
         mistakes += not_unit(file, groups[QUATERNION], lines)
-    mistakes += negative(file, values, lines)
+    mistakes += out_of_range(file, values, lines)
     unread = [role for role in OPTIONAL if role in table.names and role not in values]
     remarks += [f"the column {role} states no unit: it is not used" for role in unread]
     if mistakes:
