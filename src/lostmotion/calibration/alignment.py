@@ -34,10 +34,10 @@ _WRONG_TOOL: Final = 5.0
 # Mean angle that one turn of the tool may leave of measured orientations, degrees.
 _WRONG_TURN: Final = 5.0
 # Share of the rows that the best frames are estimated from where others may be wrong, and distance
-# from which these are, over the median of those; or over 1 mm.
+# from which these are: over the median of those, and an eighth of the reach.
 _TRUSTED: Final = 0.75
 _TRIMS: Final = 20
-_LEAST: Final = 1e-3
+_WRONG_SHARE: Final = 0.125
 # Fewest rows among which a wrong one is found: three quarters determine the frames.
 _MANY: Final = 8
 _WRONG_ROW: Final = 20.0
@@ -115,7 +115,9 @@ def plausible_rows(arm: Arm, measured: MeasuredVisits) -> NDArray[np.int64]:
         trusted = np.sort(order[: int(np.ceil(_TRUSTED * len(point)))])
         if np.array_equal(before, trusted):
             break
-    return np.flatnonzero(left <= _WRONG_ROW * max(float(np.median(left[trusted])), _LEAST))
+    reach = float(np.linalg.norm(frames[:, :3, 3], axis=1).max())
+    usual = float(np.median(left[trusted]))
+    return np.flatnonzero(left <= max(_WRONG_ROW * usual, _WRONG_SHARE * reach))
 
 
 def in_base(frame: Floats, points: Floats) -> Floats:
