@@ -169,3 +169,69 @@ def test_comparisons_targets_and_maps_exclude_poses_without_a_figure(tmp_path):
     near = drives(1e-4)
     with pytest.raises(InputError, match="first order neglects more than 10 %"):
         lostmotion.compare(vague, loose, poses=near[None], robots=2, visits=2)
+
+
+@pytest.fixture(scope="module")
+def too_loose(tmp_path_factory):
+    """Return the paths of a five-bar and a hexapod whose plays are too large for their shape."""
+    folder = tmp_path_factory.mktemp("loose")
+    texts = {
+        "five-bar": ("8 µm ± 4 µm", "20 mm ± 4 mm"),
+        "hexapod": ("3 µm ± 1 µm", "200 mm ± 1 mm"),
+    }
+    for name, (small, large) in texts.items():
+        text = (FIVE_BAR.parent / f"{name}.toml").read_text(encoding="utf-8")
+        (folder / f"{name}.toml").write_text(text.replace(small, large), encoding="utf-8")
+    return folder
+
+
+ASKED = {
+    "study": ("five-bar", lambda path, _: lostmotion.study(path, poses=64)),
+    "map": ("five-bar", lambda path, _: lostmotion.map(path)),
+    "target": ("five-bar", lambda path, _: lostmotion.target(path, error="1 mm")),
+    "size": ("five-bar", lambda path, _: lostmotion.size(path, slope="1 arcmin", poses=64)),
+    "size for a target": ("five-bar", lambda path, _: lostmotion.size(path, target="1 mm")),
+    "compare": ("five-bar", lambda path, _: lostmotion.compare(path, FIVE_BAR, poses=64)),
+    "sweep": ("five-bar", lambda path, out: lostmotion.sweep(path, poses=64, out=out)),
+    "iso9283": (
+        "hexapod",
+        lambda path, _: lostmotion.iso9283(
+            path, cube="20 mm", centre=("0 mm", "0 mm", "500 mm"), robots=2, visits=2
+        ),
+    ),
+    "task": (
+        "five-bar",
+        lambda path, _: lostmotion.task(
+            path,
+            by={
+                "tool_rpy": ["0 deg", "0 deg", "0 deg"],
+                "placement": {"xyz": ["100 mm", "480 mm", "0 mm"]},
+                "features": [{"name": "end", "kind": "point", "at": ["0 mm", "0 mm", "0 mm"]}],
+                "tolerances": [{"of": "end", "sphere": "1 mm"}],
+            },
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("question", ASKED)
+def test_plays_too_large_for_the_shape_of_a_chain_are_refused(question, too_loose, tmp_path):
+    """Pins of 20 mm play turn a five-bar into another one: no question has a figure, and the
+    remedy is a smaller play, not another pose.
+    """
+    name, ask = ASKED[question]
+    with pytest.raises(InputError, match="first order neglects more than 10 %") as refused:
+        ask(too_loose / f"{name}.toml", tmp_path / "run")
+    (problem,) = refused.value.problems
+    assert "and at home" in problem.found
+    assert problem.expected.startswith("smaller errors, of ")
+    assert ".bearing" in problem.expected
+    assert not list(tmp_path.iterdir())
+
+
+def test_poses_near_a_singularity_need_other_poses_and_not_smaller_plays(tmp_path):
+    """Where the chain has figures at home, the message names the poses."""
+    (tmp_path / "short.toml").write_text(FIVE_BAR.read_text().replace("400 mm", "300 mm"))
+    with pytest.raises(InputError, match="farther from a parallel singularity") as refused:
+        lostmotion.study(tmp_path / "short.toml", poses=drives(1e-4)[None])
+    assert "at home" not in str(refused.value)

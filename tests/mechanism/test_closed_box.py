@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
+import lostmotion
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
 from lostmotion.io.native import arm_of
@@ -139,3 +141,55 @@ def test_every_pose_within_the_limits_of_the_drives_is_found_from_its_tool(name)
     found, inside = drives_at(boxed(name, **box), values)
     assert inside.mean() > 0.99
     np.testing.assert_allclose(found[inside], q[inside], atol=1e-6)
+
+
+BEYOND = {"x": ["-20 mm", "20 mm"], "z": ["400 mm", "420 mm"]}
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lostmotion.study,
+        lostmotion.check,
+        lostmotion.statics,
+        lostmotion.iso9283,
+    ],
+)
+def test_a_box_that_the_tool_does_not_reach_is_refused_with_the_reason(ask, tmp_path):
+    """The carriages of a delta would leave their towers: every question says so at once, and where
+    the tool is at home.
+    """
+    limits = "".join(f"{key} = {json.dumps(value)}\n" for key, value in BEYOND.items())
+    text = (EXAMPLES / "delta-printer.toml").read_text(encoding="utf-8")
+    (tmp_path / "far.toml").write_text(f"{text}\n[workspace]\n{limits}", encoding="utf-8")
+    with pytest.raises(InputError, match="100 % a drive outside its limits") as refused:
+        ask(tmp_path / "far.toml")
+    (problem,) = refused.value.problems
+    assert problem.key == "workspace"
+    assert "(0, 0, 75.501) mm at home" in problem.expected
+
+
+def test_a_box_that_the_tool_hardly_reaches_is_given_up_early():
+    """A corner of a box is found among few poses, or the search ends: 64 times as many poses are
+    not tried where one in a thousand is reached.
+    """
+    arm = boxed("delta-printer", x=["-20 mm", "20 mm"], z=["94 mm", "10 m"])
+    with pytest.raises(InputError, match=r"assembled at [0-9]+ of (1024|2048|4096) poses"):
+        sample_poses(arm, 256)
+
+
+def test_a_sweep_in_a_box_has_the_errors_of_its_study(tmp_path):
+    """The streamed poses of a sweep are in the box of the tool as those of a study are."""
+    path = tmp_path / "boxed.toml"
+    text = (EXAMPLES / "five-bar.toml").read_text(encoding="utf-8")
+    limits = "".join(f"{key} = {json.dumps(value)}\n" for key, value in WHOLE["five-bar"].items())
+    path.write_text(f"{text}\n[workspace]\n{limits}", encoding="utf-8")
+    given = {"poses": 64, "robots": 16, "visits": 2}
+    by = {"joints.left.link.length": ["250 mm ± 30 µm", "245 mm ± 30 µm"]}
+    swept = lostmotion.sweep(path, by=by, out=tmp_path / "run", **given)
+    study = lostmotion.study(path, **given)
+    for key in ("mean", "rms", "p95"):
+        one = swept.outcomes[0].figures[key].value
+        assert one == pytest.approx(study.figures[key].value, rel=1e-3 if key == "p95" else 1e-9)
+    outside = lostmotion.study(EXAMPLES / "five-bar.toml", **given)
+    assert abs(outside.figures["mean"].value / study.figures["mean"].value - 1) > 0.01

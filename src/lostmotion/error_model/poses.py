@@ -13,10 +13,12 @@ import numpy as np
 from lostmotion.error_model.draws import sobol, uniforms
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import Normal
-from lostmotion.mechanism.assembly import affordable, drives_at, pose_ranges
+from lostmotion.mechanism.assembly import affordable, drives_at, hardly_assembled, pose_ranges
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -28,8 +30,10 @@ REPLICATES: Final = 8
 MOST_POSES: Final = 10_000_000
 # Poses that show in a picture what the tool reaches.
 _PICTURED: Final = 131_072
-# Poses of a closed chain are sought among so many times their number.
+# Poses of a closed chain are sought among so many times their number, while at least half as many
+# are found as that takes; so few are tried whatever is found.
 _MOST_TRIED: Final = 64
+_FEW: Final = 1024
 # NumPy's largest number of dimensions. With more joints a grid has one step in each, or far too
 # many poses.
 _MOST_AXES: Final = 32
@@ -92,7 +96,8 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
     q, inside = drives_at(arm, sampled.q)
     if inside.all():
         return Poses(q, law, sampled.replicates)
-    while tried < count * _MOST_TRIED and law != "grid":
+    kept = inside
+    while tried < count * _MOST_TRIED and law != "grid" and _promising(kept):
         tried *= 2
         longer, kept = drives_at(arm, _within_ranges(arm, tried, law, seed).q)
         sets = kept.reshape(REPLICATES, -1)
@@ -102,13 +107,13 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
             return Poses(longer[np.concatenate(rows)], law, REPLICATES)
     if law == "grid" and inside.any():
         return Poses(q[inside], law)
-    expected = "limits of the drives within which it is assembled"
-    raise refuse_argument(
-        "poses",
-        f"a closed chain that is assembled at {np.count_nonzero(inside)} of {len(inside)} poses",
-        expected if arm.workspace is None else "a box in [workspace] that its tool reaches",
-        poses=count,
-    )
+    raise hardly_assembled(arm, kept)
+
+
+def _promising(assembled: NDArray[np.bool_]) -> bool:
+    """Return whether enough poses will be found among more, by those tried (pose,)."""
+    found, tried = np.count_nonzero(assembled), len(assembled)
+    return bool(tried < _FEW or 2 * _MOST_TRIED * found >= tried)
 
 
 def _within_ranges(arm: Arm, count: int, law: PoseLaw, seed: int) -> Poses:

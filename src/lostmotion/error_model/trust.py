@@ -68,10 +68,12 @@ class Trust:
         """Return whether (pose,) first order is valid."""
         return np.asarray(self.neglected <= FAILS)
 
-    def refuse(self, most: float) -> None:
-        """Raise InputError where first order is not valid at more than this share of the poses."""
+    def refuse(self, arm: Arm, most: float) -> None:
+        """Raise InputError where first order is not valid at more than this share of the poses of
+        this arm.
+        """
         if 1 - self.valid.mean() > most:
-            raise _refusal(self)
+            raise _refusal(arm, self)
 
 
 def trust(arm: Arm, q: Floats) -> Trust:
@@ -146,7 +148,7 @@ def refuse_untrusted(arm: Arm, q: Floats, most: float = _MOST_WITHOUT) -> None:
     soft arm falls at more than half of them.
     """
     if may_not_assemble(arm):
-        trust(arm, q).refuse(most)
+        trust(arm, q).refuse(arm, most)
     else:
         refuse_falling(arm, q, falls_at(arm, q), _MOST_FALLING if most else 0.0)
 
@@ -167,7 +169,7 @@ def with_figures(
     if may_not_assemble(arm):
         validity = trust(arm, poses.q)
         share = _MOST_WITHOUT if most is None else most
-        validity.refuse(0.0 if poses.law == "given" else share)
+        validity.refuse(arm, 0.0 if poses.law == "given" else share)
         own = validity.valid
     else:
         own = _standing(arm, poses, _MOST_FALLING if most is None else most)
@@ -200,20 +202,20 @@ def _kept(poses: Poses, valid: NDArray[np.bool_]) -> Poses:
     return replace(poses, q=poses.q[np.concatenate(rows)])
 
 
-def _refusal(validity: Trust) -> InputError:
+def _refusal(arm: Arm, validity: Trust) -> InputError:
     failing, poses = np.count_nonzero(~validity.valid), len(validity.valid)
-    return InputError(
-        [
-            Problem(
-                "",
-                "poses",
-                f"first order neglects more than {100 * FAILS:g} % of the error at {failing} of "
-                f"{poses} poses, {_worst(validity)}",
-                "poses farther from a parallel singularity: narrower limits of the drives; or "
-                "smaller errors",
-            )
-        ]
+    found = (
+        f"first order neglects more than {100 * FAILS:g} % of the error at {failing} of {poses} "
+        f"poses, {_worst(validity)}"
     )
+    at_home = trust(arm, arm.home[None])
+    if at_home.valid.all():
+        ranges = "narrower limits of the drives" if arm.workspace is None else "a smaller box"
+        expected = f"poses farther from a parallel singularity: {ranges}; or smaller errors"
+        return InputError([Problem("", "poses", found, expected)])
+    part = at_home.part[0]
+    found += f"; and at home: errors as large as those of {part} change the shape of the chain"
+    return InputError([Problem(arm.name, "", found, f"smaller errors, of {part} first")])
 
 
 def _worst(validity: Trust) -> str:

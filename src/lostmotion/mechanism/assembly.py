@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.closed_arrays import ASSEMBLED
-from lostmotion.mechanism.closed_box import drives_in_box
+from lostmotion.mechanism.closed_box import drives_in_box, excluded
+from lostmotion.mechanism.closed_chain import home_frames
 from lostmotion.mechanism.closed_position import assemble
 
 if TYPE_CHECKING:
@@ -54,6 +56,21 @@ def drives_at(arm: Arm, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         q[here], problem = drives_in_box(arm.tree, arm.limits, arm.workspace, values[here])
         inside[here] = problem == ASSEMBLED
     return q, inside
+
+
+def hardly_assembled(arm: Arm, inside: NDArray[np.bool_]) -> InputError:
+    """Return the error of a closed chain that is assembled at hardly any pose in its ranges, with
+    what excludes the others; `inside` (pose,) is where it is.
+    """
+    found = f"a closed chain that is assembled at {np.count_nonzero(inside)} of {len(inside)} poses"
+    why = excluded(arm.tree, arm.limits, arm.workspace)
+    if arm.workspace is None:
+        key, expected, example = "joints", "limits of the drives near their values at home", ""
+    else:
+        at = ", ".join(f"{round(1e3 * x, 3) + 0.0:g}" for x in home_frames(arm.tree)[-1, 0, :3, 3])
+        key, example = "workspace", 'x = ["-50 mm", "50 mm"]'
+        expected = f"a box that the tool reaches; it is at ({at}) mm at home"
+    return InputError([Problem(arm.name, key, f"{found}; {why}", expected, example)])
 
 
 def may_not_assemble(arm: Arm) -> bool:

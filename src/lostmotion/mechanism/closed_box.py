@@ -106,7 +106,7 @@ def _rows(tree: Tree, stated: tuple[int, ...]) -> NDArray[np.int64]:
     return np.array(sorted(controlled(tree, stated)))
 
 
-def _excluded(tree: Tree, limits: Floats, box: WorkspaceBox | None) -> str:
+def excluded(tree: Tree, limits: Floats, box: WorkspaceBox | None) -> str:
     """Return which share of the poses of a closed chain is excluded, and why, of 256 spread evenly
     between the limits of the drives (drive, 2), rad or m, or in the box of the tool.
     """
@@ -143,7 +143,7 @@ def closed_remarks(tree: Tree, limits: Floats, box: WorkspaceBox | None) -> tupl
     )
     return (
         counted,
-        _excluded(tree, limits, box)
+        excluded(tree, limits, box)
         + ". Not counted: friction of passive joints, and legs that touch each other",
         "loads of a closed chain act in its undeflected shape: deflections are of first order",
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.error_model.trust import where_it_stands
+from lostmotion.error_model.trust import with_figures
 from lostmotion.errors import InputError, Problem
 from lostmotion.propagation.exact import FAILS, check, share_neglected
 
@@ -22,6 +22,8 @@ _POSES: Final = 16
 _ROBOTS: Final = 16
 _VISITS: Final = 4
 _SEED: Final = 1
+# Errors are judged where they have figures; where hardly any pose has, that is the message.
+_MOST_WITHOUT: Final = 0.5
 
 
 def refuse_large_errors(arm: Arm) -> None:
@@ -32,7 +34,7 @@ def refuse_large_errors(arm: Arm) -> None:
     are too large where their first-order sum differs from their exact composition by more than a
     tenth of the largest error, as it does for rotations of about 11 degrees.
     """
-    q = where_it_stands(arm, sample_poses(arm, _POSES)).q
+    q = with_figures(arm, sample_poses(arm, _POSES), most=_MOST_WITHOUT).q
     with np.errstate(over="ignore", invalid="ignore"):
         found = check(
             pose_matrix(arm, q),
