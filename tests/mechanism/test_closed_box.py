@@ -152,7 +152,6 @@ BEYOND = {"x": ["-20 mm", "20 mm"], "z": ["400 mm", "420 mm"]}
         lostmotion.study,
         lostmotion.check,
         lostmotion.statics,
-        lostmotion.iso9283,
     ],
 )
 def test_a_box_that_the_tool_does_not_reach_is_refused_with_the_reason(ask, tmp_path):
@@ -174,8 +173,8 @@ def test_a_box_that_the_tool_hardly_reaches_is_given_up_early():
     not tried where one in a thousand is reached.
     """
     arm = boxed("delta-printer", x=["-20 mm", "20 mm"], z=["94 mm", "10 m"])
-    with pytest.raises(InputError, match=r"assembled at [0-9]+ of (1024|2048|4096) poses"):
-        sample_poses(arm, 256)
+    with pytest.raises(InputError, match="of 1024 poses"):
+        sample_poses(arm, 1024)
 
 
 def test_a_sweep_in_a_box_has_the_errors_of_its_study(tmp_path):
@@ -184,7 +183,7 @@ def test_a_sweep_in_a_box_has_the_errors_of_its_study(tmp_path):
     text = (EXAMPLES / "five-bar.toml").read_text(encoding="utf-8")
     limits = "".join(f"{key} = {json.dumps(value)}\n" for key, value in WHOLE["five-bar"].items())
     path.write_text(f"{text}\n[workspace]\n{limits}", encoding="utf-8")
-    given = {"poses": 64, "robots": 16, "visits": 2}
+    given = {"poses": 16, "robots": 16, "visits": 2}
     by = {"joints.left.link.length": ["250 mm ± 30 µm", "245 mm ± 30 µm"]}
     swept = lostmotion.sweep(path, by=by, out=tmp_path / "run", **given)
     study = lostmotion.study(path, **given)

@@ -11,6 +11,7 @@ import pytest
 
 from lostmotion.errors import InputError
 from lostmotion.io.native import arm_of
+from lostmotion.mechanism import closed_position
 from lostmotion.mechanism.assembly import assembled
 from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.closed_inverse import solved
@@ -232,3 +233,33 @@ def test_the_jacobian_of_a_closed_chain_is_the_difference_of_its_tool(make):
         np.testing.assert_allclose(
             columns[0, :3, d], (turned[2, 1], turned[0, 2], turned[1, 0]), atol=1e-7
         )
+
+
+def test_poses_that_are_kept_have_the_bits_of_poses_that_are_solved(monkeypatch):
+    """A pose of a closed chain does not depend on those asked for with it or before it; what was
+    solved is not solved again, and no more is kept than its bound.
+    """
+    arm, counts = hexapod(), []
+    low, high = arm.limits.T
+    q = np.random.default_rng(3).uniform(low, high, (192, len(low)))
+    whole, solve = closed_position._solved(arm.tree, q), closed_position._solved
+
+    def counted(tree, values):
+        counts.append(len(values))
+        return solve(tree, values)
+
+    monkeypatch.setattr(closed_position, "_solved", counted)
+    closed_position._kept.cache_clear()
+    for rows in (slice(0, 64), slice(32, 128), slice(None, None, -1), slice(5, 6)):
+        found = closed_position.assemble(arm.tree, q[rows])
+        for name in ("frames", "problem", "joint", "motions", "columns"):
+            expected = getattr(whole, name)
+            expected = expected[:, rows] if name == "frames" else expected[rows]
+            np.testing.assert_array_equal(getattr(found, name), expected)
+    assert counts == [64, 64, 64]
+    monkeypatch.setattr(closed_position, "_MOST_KEPT", whole.bytes // 2)
+    closed_position._kept.cache_clear()
+    closed_position.assemble(arm.tree, q[:80])
+    again = closed_position.assemble(arm.tree, q)
+    np.testing.assert_array_equal(again.frames, whole.frames)
+    assert closed_position._kept(arm.tree).last == ({}, None)

@@ -40,6 +40,10 @@ LIMITED, NEAR_SINGULAR = 3, 4
 # Poses at which errors of the drives move the tool this many times as far as at home are too near
 # a parallel singularity to be sampled: there is no finite mean square near it.
 MOST_GAIN: Final = 5.0
+# Bytes of solved poses kept of a chain: some ten thousand poses of a hexapod.
+_MOST_KEPT: Final = 96 << 20
+# Fewer poses than this are solved faster than they are put beside those kept.
+_WORTH_KEEPING: Final = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,28 @@ class Assembly:
     joint: NDArray[np.int64]
     motions: Floats
     columns: Floats
+
+    @property
+    def bytes(self) -> int:
+        """Return how many bytes the arrays take."""
+        return self.frames.nbytes + self.motions.nbytes + self.columns.nbytes
+
+    def at(self, rows: list[int]) -> Assembly:
+        """Return the chain at these poses, its frames in memory pose by pose in each component."""
+        frames = self.frames.transpose(0, 2, 3, 1).take(rows, axis=3).transpose(0, 3, 1, 2)
+        passive = self.problem[rows], self.joint[rows], self.motions[rows]
+        return Assembly(frames, *passive, self.columns[rows])
+
+    def with_more(self, other: Assembly) -> Assembly:
+        """Return the chain at these poses and those of another."""
+        one, two = (each.frames.transpose(0, 2, 3, 1) for each in (self, other))
+        return Assembly(
+            np.concatenate([one, two], axis=3).transpose(0, 3, 1, 2),
+            np.concatenate([self.problem, other.problem]),
+            np.concatenate([self.joint, other.joint]),
+            np.concatenate([self.motions, other.motions]),
+            np.concatenate([self.columns, other.columns]),
+        )
 
 
 @functools.lru_cache(maxsize=32)
@@ -94,8 +120,56 @@ def chain_of(tree: Tree) -> ChainArrays:
     )
 
 
+class _SolvedPoses:
+    """Poses of one chain that were solved last, and the row of each by its values."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self.last: tuple[dict[bytes, int], Assembly | None] = {}, None
+
+    def with_new(self, keys: list[bytes], new: Assembly) -> tuple[dict[bytes, int], Assembly]:
+        """Return all kept poses with new ones of these keys, and keep them, or those alone where
+        all together are too large.
+        """
+        rows, found = self.last
+        if found is None or found.bytes + new.bytes > _MOST_KEPT:
+            rows, found = {}, new
+        else:
+            found = found.with_more(new)
+        first = len(found.problem) - len(keys)
+        rows = {**rows, **{key: first + k for k, key in enumerate(keys)}}
+        self.last = (rows, found) if found.bytes <= _MOST_KEPT else ({}, None)
+        return rows, found
+
+
+@functools.lru_cache(maxsize=2)
+def _kept(tree: Tree) -> _SolvedPoses:
+    del tree  # the key of what is kept
+    return _SolvedPoses()
+
+
 def assemble(tree: Tree, q: Floats) -> Assembly:
-    """Return the closed chain at these values of the driven joints (pose, joint), rad or m."""
+    """Return the closed chain at these values of the driven joints (pose, joint), rad or m.
+
+    Poses are solved one by one, so those solved a short while ago are kept.
+    """
+    values, kept = np.ascontiguousarray(q, dtype=float), _kept(tree)
+    keys = [row.tobytes() for row in values]
+    rows, found = kept.last
+    new = [k for k, key in enumerate(keys) if key not in rows]
+    if found is None or len(new) == len(keys):
+        solved = _solved(tree, values)
+        if len(new) >= _WORTH_KEEPING:
+            kept.with_new(keys, solved)
+        return solved
+    if new:
+        rows, found = kept.with_new([keys[k] for k in new], _solved(tree, values[new]))
+    if any(key not in rows for key in keys):  # those kept had to make room
+        return _solved(tree, values)
+    return found.at([rows[key] for key in keys])
+
+
+def _solved(tree: Tree, q: Floats) -> Assembly:
     # compiled kernels are loaded where they are needed
     from lostmotion.mechanism.closed_continuation_kernel import assemble as continue_from_home
 
@@ -103,14 +177,14 @@ def assemble(tree: Tree, q: Floats) -> Assembly:
     count = len(q)
     at = np.empty((len(tree.places), 4, 4, count))
     motions = np.empty((count, len(tree.passive), 3, 4))
-    columns, problem = np.empty((count, 6, len(drives))), np.empty(count, dtype=np.int64)
+    columns, problem = np.zeros((count, 6, len(drives))), np.empty(count, dtype=np.int64)
     continue_from_home(
         chain,
         np.array(tree.home),
         _STRIDE * drives,
         np.ascontiguousarray(home.motions[:, 0, :3]),
         np.ascontiguousarray(home.jacobian[0][:, chain.order]),
-        np.ascontiguousarray(q, dtype=float),
+        q,
         at,
         motions,
         columns,
@@ -121,6 +195,8 @@ def assemble(tree: Tree, q: Floats) -> Assembly:
     near = problem == ASSEMBLED
     near[near] = gain(columns[near] * drives) > MOST_GAIN * home_gain(tree)
     problem[near] = NEAR_SINGULAR
+    for each in (at, problem, joint, motions, columns):
+        each.flags.writeable = False  # they may be kept
     return Assembly(at.transpose(0, 3, 1, 2), problem, joint, motions, columns)
 
 
