@@ -6,6 +6,7 @@ import copy
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -291,3 +292,30 @@ def test_chains_of_one_shape_share_their_home():
     loose = five_bar(bearing={"kind": "rolling", "clearance": "20 µm", "span": "40 mm"})
     assert home_of(loose.tree) is home_of(five_bar().tree)
     assert home_of(five_bar(0.41).tree) is not home_of(loose.tree)
+
+
+def test_a_platform_similar_to_its_base_is_refused_for_its_shape():
+    """Two regular hexagons joined corner to corner leave a platform loose at every pose: another
+    home does not help, and twisted by 30 degrees it is held.
+    """
+    examples = Path(__file__).parents[2] / "examples" / "closed-chains"
+    tables = tomllib.loads((examples / "hexapod.toml").read_text(encoding="utf-8"))
+
+    def stage(twist):
+        copies = [
+            {"name": str(k), "place": corner(0.4, angle), "end": corner(0.25, angle + twist)}
+            for k, angle in enumerate(np.radians(np.arange(0, 360, 60)))
+        ]
+        return copy.deepcopy({**tables, "legs": [{**tables["legs"][0], "copies": copies}]})
+
+    def corner(radius, angle):
+        return {"xyz": [f"{radius * np.cos(angle)} m", f"{radius * np.sin(angle)} m", "0 m"]}
+
+    with pytest.raises(InputError, match="singular at home and beside it") as refused:
+        arm_of("test.toml", stage(0.0))
+    (problem,) = refused.value.problems
+    assert problem.expected.startswith("another shape")
+    turned = stage(0.0)
+    for k, each in enumerate(turned["legs"][0]["copies"]):
+        each["end"] = corner(0.25, np.radians(60 * k + (15 if k % 2 else -15)))
+    assert arm_of("test.toml", turned).tree

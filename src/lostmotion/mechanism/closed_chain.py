@@ -230,6 +230,14 @@ def _freedom_error(tree: Tree) -> Mistake | None:
             "a home away from it: start of the drives",
             'start = "30 deg"',
         )
+    if loose and left < 0:
+        return Mistake(
+            ("closures",),
+            "a shape that is singular at home and beside it: the tool is loose with all drives "
+            f"held, by {loose[0]} and {len(loose) - 1} more passive joints",
+            "another shape: a platform similar to its base, for example, is loose at every pose",
+            'end = { xyz = ["64.7 mm", "241.5 mm", "0 mm"] }',
+        )
     if left < 0:
         return Mistake(
             ("closures",),

@@ -32,6 +32,8 @@ RANK: Final = 1e-7
 _RANK_AT_HOME: Final = 2e-4
 # Drives are moved by this, rad or as a share of the size, to look at a chain beside its home.
 _BESIDE: Final = 0.02
+# Closures beside home count as met below this misfit, rad and m: far below the way to them.
+_NEARLY_MET: Final = 1e-5
 _MOST_AT_HOME, _MOST_AIMING = 200, 30
 
 
@@ -172,9 +174,10 @@ def rank_of(matrix: Floats) -> int:
 
 
 def nearby_rank(tree: Tree) -> int:
-    """Return the largest rank of the closures' Jacobian beside home."""
+    """Return the largest rank of the closures' Jacobian beside home, where they are met there."""
     home, reach = home_of(tree), motion_units(tree, tree.moved)
     sides = np.array([[1.0], [-1.0]]) * _BESIDE * np.linspace(1.0, 0.5, len(reach))
     beside, start = np.array(tree.home) + sides * reach, np.repeat(home.motions, 2, axis=1)
-    found = _newton(tree, beside, start)[1]
-    return max(rank_of(each) for each in found)
+    motions, found = _newton(tree, beside, start)
+    away = np.abs(misfits(tree, frames_at(tree, beside, motions))).max(axis=(1, 2))
+    return max((rank_of(each) for each in found[away < _NEARLY_MET]), default=home.rank)
