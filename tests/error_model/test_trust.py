@@ -185,6 +185,7 @@ def too_loose(tmp_path_factory):
     return folder
 
 
+SLOWLY = ("iso9283", "compare", "target", "size for a target")
 ASKED = {
     "study": ("five-bar", lambda path, _: lostmotion.study(path, poses=64)),
     "map": ("five-bar", lambda path, _: lostmotion.map(path)),
@@ -214,7 +215,10 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("question", ASKED)
+@pytest.mark.parametrize(
+    "question",
+    [pytest.param(each, marks=[pytest.mark.slow] * (each in SLOWLY)) for each in ASKED],
+)
 def test_plays_too_large_for_the_shape_of_a_chain_are_refused(question, too_loose, tmp_path):
     """Pins of 20 mm play turn a five-bar into another one: no question has a figure, and the
     remedy is a smaller play, not another pose.

@@ -168,6 +168,7 @@ def test_a_box_that_the_tool_does_not_reach_is_refused_with_the_reason(ask, tmp_
     assert "(0, 0, 75.501) mm at home" in problem.expected
 
 
+@pytest.mark.slow
 def test_a_box_that_the_tool_hardly_reaches_is_given_up_early():
     """A corner of a box is found among few poses, or the search ends: 64 times as many poses are
     not tried where one in a thousand is reached.
@@ -177,6 +178,7 @@ def test_a_box_that_the_tool_hardly_reaches_is_given_up_early():
         sample_poses(arm, 1024)
 
 
+@pytest.mark.slow
 def test_a_sweep_in_a_box_has_the_errors_of_its_study(tmp_path):
     """The streamed poses of a sweep are in the box of the tool as those of a study are."""
     path = tmp_path / "boxed.toml"
