@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.instruments import Instrument, Rows
+from lostmotion.calibration.instruments import OnInstrument, Rows
 from lostmotion.spatial import exp, right_jacobian, skew
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lostmotion.calibration.instruments import Instrument
     from lostmotion.spatial import Floats
 
 # Prior deviations of the drift from the first row to the last: turn, rad, and shift, m, of the
@@ -31,29 +32,18 @@ _NAMES: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class Drifting(Instrument):
+class Drifting(OnInstrument):
     """An instrument that measures an arm which drifts.
 
-    inner  the instrument
-    time   (pose,) of each visit, -1/2 at the first and 1/2 at the last one
+    time  (pose,) of each visit, -1/2 at the first and 1/2 at the last one
     """
 
-    inner: Instrument
     time: Floats
 
     @property
     def unknowns(self) -> tuple[str, ...]:  # type: ignore[override]
         """Return the unknowns of the instrument, then those of the drift."""
         return (*self.inner.unknowns, *_NAMES)
-
-    @property
-    def noise(self) -> Floats:
-        """Return that of the instrument."""
-        return self.inner.noise
-
-    def error(self, residual: Floats) -> Floats:
-        """Return that of the instrument."""
-        return self.inner.error(residual)
 
     def size(self, unknown: int) -> tuple[float, str]:
         """Return the deviation of an unknown with its unit."""

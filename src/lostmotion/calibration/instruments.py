@@ -162,6 +162,34 @@ class Instrument(ABC):
 
 
 @dataclass(frozen=True, eq=False)
+class OnInstrument(Instrument):
+    """What another instrument measures, in other rows or at another arm.
+
+    inner  the other instrument
+    """
+
+    inner: Instrument
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Return those of the other instrument."""
+        return self.inner.unknowns
+
+    @property
+    def noise(self) -> Floats:
+        """Return that of the other instrument."""
+        return self.inner.noise
+
+    def error(self, residual: Floats) -> Floats:
+        """Return that of the other instrument."""
+        return self.inner.error(residual)
+
+    def size(self, unknown: int) -> tuple[float, str]:
+        """Return that of the other instrument."""
+        return self.inner.size(unknown)
+
+
+@dataclass(frozen=True, eq=False)
 class Points(Instrument):
     """Positions of the tool point: measured (pose, 3), m, in the base's axes."""
 

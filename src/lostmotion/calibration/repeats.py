@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from lostmotion.calibration.instruments import Instrument, Rows
+from lostmotion.calibration.instruments import OnInstrument, Rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from lostmotion.calibration.instruments import MeasuredVisits
+    from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.model import RobotModel
     from lostmotion.spatial import Floats
 
@@ -140,33 +140,13 @@ def repeats_of(visits: MeasuredVisits, instrument: Instrument, frames: Floats) -
 
 
 @dataclass(frozen=True, eq=False)
-class Averaged(Instrument):
+class Averaged(OnInstrument):
     """An instrument that measured poses repeatedly: its rows are means over the visits to a pose.
 
-    inner  the instrument at each visit
-    pose   (visit,) number of the pose of each
+    pose  (visit,) number of the pose of each visit of the instrument
     """
 
-    inner: Instrument
     pose: NDArray[np.int64]
-
-    @property
-    def unknowns(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Return those of the instrument."""
-        return self.inner.unknowns
-
-    @property
-    def noise(self) -> Floats:
-        """Return that of a single visit."""
-        return self.inner.noise
-
-    def error(self, residual: Floats) -> Floats:
-        """Return that of the instrument."""
-        return self.inner.error(residual)
-
-    def size(self, unknown: int) -> tuple[float, str]:
-        """Return that of the instrument."""
-        return self.inner.size(unknown)
 
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:
         """Return the means of the rows."""
