@@ -117,13 +117,7 @@ def _write_changes(tree: Any, result: SizedArm, *, plain: bool) -> None:  # noqa
             replaced["gearboxes"] |= (
                 {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
             )
-            _set(
-                joint,
-                "gearbox",
-                inline(each.gearbox, plain=plain)
-                if isinstance(each.gearbox, dict)
-                else each.gearbox,
-            )
+            _set(joint, "gearbox", inline(each.gearbox, plain=plain))
             if after.mass is not None and after.mass != before.mass:
                 _set(joint, "mass", f"{after.mass:.12g} kg")
     replaced["bearings"] = _write_clearances(

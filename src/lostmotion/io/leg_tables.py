@@ -8,6 +8,8 @@ from __future__ import annotations
 import copy
 from typing import Any, Final
 
+from lostmotion.io.legs import merged
+
 # Keys of a joint that new parts replace.
 _PARTS: Final = ("link", "gearbox", "bearing", "mass")
 
@@ -24,7 +26,7 @@ def spread_legs(tree: Any, changed: set[str], *, plain: bool) -> dict[str, Any]:
                 continue
             stated = {key: _unwrapped(joint.pop(key)) for key in _PARTS if key in joint}
             for name, each in zip(names, leg["copies"], strict=True):
-                own = _merged(stated, _unwrapped(each.get(joint["name"], {})))
+                own = merged(stated, _unwrapped(each.get(joint["name"], {})), {})
                 each[joint["name"]] = inline(own, plain=plain)
                 out[name] = each[joint["name"]]
     return out
@@ -39,9 +41,7 @@ def gather_legs(tree: Any, *, plain: bool) -> None:  # noqa: ANN401 - see the mo
                 values = [_unwrapped(table.get(key)) for table in tables]
                 if values[0] is None or any(each != values[0] for each in values):
                     continue
-                joint[key] = (
-                    inline(values[0], plain=plain) if isinstance(values[0], dict) else values[0]
-                )
+                joint[key] = inline(values[0], plain=plain)
                 for table in tables:
                     table.pop(key)
             for each, table in zip(leg["copies"], tables, strict=True):
@@ -49,26 +49,16 @@ def gather_legs(tree: Any, *, plain: bool) -> None:  # noqa: ANN401 - see the mo
                     each.pop(joint["name"], None)
 
 
-def inline(values: dict[str, Any], *, plain: bool) -> Any:  # noqa: ANN401 - see the module
-    """Return these values as a table in one line."""
-    if plain:
-        return values
+def inline(value: Any, *, plain: bool) -> Any:  # noqa: ANN401 - see the module
+    """Return a value as it stands in a file, a table in one line."""
+    if plain or not isinstance(value, dict):
+        return value
     import tomlkit
 
     out = tomlkit.inline_table()
-    out.update(values)
+    out.update(value)
     return out
 
 
 def _unwrapped(part: Any) -> Any:  # noqa: ANN401 - see the module
     return copy.deepcopy(part.unwrap() if hasattr(part, "unwrap") else part)
-
-
-def _merged(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Return values with these changes, key by key as a copy of a leg takes them."""
-    out = copy.deepcopy(values)
-    for key, change in changes.items():
-        inner = out.get(key)
-        both = isinstance(inner, dict) and isinstance(change, dict)
-        out[key] = _merged(inner, change) if both else change  # type: ignore[arg-type] # `both`
-    return out

@@ -68,7 +68,7 @@ def _expand(
         _refuse_unknown(draft, (*path, "copies", k), each, (*_OF_COPY, *names))
         name = each["name"]
         local = {f"{one}{end}": f"{name}_{one}{end}" for one in names for end in _ENDS}
-        made = [_merged(joint, each.get(joint["name"], {}), local) for joint in own]
+        made = [merged(joint, each.get(joint["name"], {}), local) for joint in own]
         for joint in made:
             joint["name"] = f"{name}_{joint['name']}"
         made[0]["after"] = each.get("after", leg.get("after", "base"))
@@ -97,7 +97,7 @@ def _is_named(stated: Any) -> bool:  # noqa: ANN401 - whatever a file holds
     return isinstance(stated, dict) and isinstance(stated.get("name"), str)
 
 
-def _merged(
+def merged(
     joint: dict[str, Any],
     changes: Any,  # noqa: ANN401 - whatever a file holds
     local: dict[str, str],
@@ -109,7 +109,7 @@ def _merged(
     for key, value in changes.items() if isinstance(changes, dict) else ():
         inner = out.get(key)
         if isinstance(inner, dict) and isinstance(value, dict):
-            out[key] = _merged(inner, value, {})
+            out[key] = merged(inner, value, {})
         else:
             out[key] = copy.deepcopy(value)
     if local and "after" in out:

@@ -43,13 +43,13 @@ _CORNERS: Final = (0, 1, 2, 3)
 _NOTHING: Final = "nothing"
 # A value outside the joint limits by less is rounding, rad or m.
 _BESIDE: Final = 1e-6
-# A row that is so many times as far from the others as they are from each other has another unit,
-# and so has a column whose extent differs by so much more than that of the nominal points.
 # Shortest distance and radius, m, and longest time, s.
 _LEAST_LENGTH: Final = 1e-4
 _LONGEST_TIME: Final = 1e12
 # Smallest area of a tag in an image, px^2.
 _AREA: Final = 1.0
+# A row that is so many times as far from the others as they are from each other has another unit,
+# and so has a column whose extent differs by so much more than that of the nominal points.
 _OTHER_UNIT: Final = 100.0
 _UNEQUAL: Final = 30.0
 
