@@ -122,16 +122,12 @@ def sections_as_known(
     """Return sections, their lengths and angles with one digit where every drive is assumed; with
     `size_as_known`, all their computed figures.
     """
-    return tuple(
-        replace(
-            section,
-            rows=tuple(
-                replace(row, cells=tuple(shown(each, known) for each in row.cells))
-                for row in section.rows
-            ),
-        )
-        for section in sections
-    )
+    return tuple(_with_cells(section, lambda each: shown(each, known)) for section in sections)
+
+
+def _with_cells(section: Section, changed: Callable[[Cell], Cell]) -> Section:
+    rows = tuple(replace(row, cells=tuple(map(changed, row.cells))) for row in section.rows)
+    return replace(section, rows=rows)
 
 
 def _bounded_section(section: Section, known: States) -> Section:
@@ -149,8 +145,7 @@ def _bounded_section(section: Section, known: States) -> Section:
             else figure
         )
 
-    rows = tuple(replace(row, cells=tuple(map(bounded, row.cells))) for row in section.rows)
-    return replace(section, rows=rows)
+    return _with_cells(section, bounded)
 
 
 def sign_of(known: States) -> Literal["", "lower"]:

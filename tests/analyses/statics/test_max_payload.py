@@ -53,6 +53,18 @@ limits = ["-90 deg", "90 deg"]
 gearbox = { stiffness = "5 N m/arcmin", rated_torque = "30 N m", backlash = "1 arcmin" }
 link = { length = "300 mm", rigid = true, mass = "2 kg" }
 """
+# A massless lever of 0.3 m; the drive of its joint is added.
+LEVER = """
+name = "servo"
+[payload]
+mass = "0.5 kg"
+[[joints]]
+name = "lift"
+type = "revolute"
+axis = "-y"
+limits = ["-90 deg", "90 deg"]
+link = { length = "300 mm", rigid = true }
+"""
 POSES = np.radians([[0.0, 0.0], [30.0, 40.0], [-20.0, 50.0], [60.0, -70.0]])
 # A milling machine as two slides in series: the work on the bed, the tool on the spindle's slide.
 MILL = """
@@ -156,18 +168,7 @@ def test_the_sag_of_a_soft_arm_is_that_where_it_stands(tmp_path):
     """A massless link of 0.3 m on 5 N m/rad turns by t where K t = m g l cos(c - t), and its tip
     moves by 2 l sin(t/2): the payload in closed form, at a droop of 19 degrees.
     """
-    text = """
-name = "servo"
-[payload]
-mass = "0.5 kg"
-[[joints]]
-name = "lift"
-type = "revolute"
-axis = "-y"
-limits = ["-90 deg", "90 deg"]
-gearbox = { ratio = 100, stiffness = "5 N m/rad" }
-link = { length = "300 mm", rigid = true }
-"""
+    text = LEVER + 'gearbox = { ratio = 100, stiffness = "5 N m/rad" }'
     arm, limit, command = arm_of(tmp_path, text), 0.1, np.radians([[0.0], [40.0]])
     assert arm.soft_freedoms
     turn = 2 * math.asin(limit / 2 / 0.3)
@@ -350,19 +351,8 @@ def test_what_a_servo_feeds_forward_is_no_sag(tmp_path):
     """A stiff arm whose controller knows 70 % of its weights sags by the rest: t = 0.3 m g l / K at
     the horizontal, so that the payload may be more than three times as large.
     """
-    text = """
-name = "servo"
-[payload]
-mass = "0.5 kg"
-[[joints]]
-name = "lift"
-type = "revolute"
-axis = "-y"
-limits = ["-90 deg", "90 deg"]
-gearbox = { ratio = 100 }
-servo = { stiffness = "2000 N m/rad", gravity_compensation = "SHARE" }
-link = { length = "300 mm", rigid = true }
-"""
+    servo = 'servo = { stiffness = "2000 N m/rad", gravity_compensation = "SHARE" }'
+    text = f"{LEVER}gearbox = {{ ratio = 100 }}\n{servo}"
     limit = 1e-3
     for share in (0.0, 0.7, 0.9):
         arm = arm_of(tmp_path, text.replace("SHARE", f"{share:.0%}"))
