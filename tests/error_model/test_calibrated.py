@@ -108,9 +108,9 @@ def test_shares_of_a_calibrated_arm_add_to_its_mean_square():
         found = Tally.of(matrix, by)
         assert found.total == pytest.approx(whole, rel=1e-10)
         assert found.shared.sum() == pytest.approx(whole, rel=1e-10)
-    assert matrix.square_sum(np.ones(len(matrix.infos))) == pytest.approx(
-        (matrix.merged.tool[:, 3:] ** 2).sum(), rel=1e-10
-    )
+    levels = matrix.merged.level_squares
+    assert levels.sum() == pytest.approx(whole, rel=1e-10)
+    np.testing.assert_allclose(levels.sum(axis=0), found.levels, rtol=1e-9)
 
 
 def test_remedies_remove_columns_of_a_calibrated_arm():
@@ -120,7 +120,7 @@ def test_remedies_remove_columns_of_a_calibrated_arm():
     matrix = pose_matrix(calibrated, q)
     left = remaining(matrix.infos, "output encoders", frozenset())
     shift = screws_at_stage(calibrated, q, "output encoders").merged.tool[:, 3:]
-    assert matrix.square_sum(left) == pytest.approx(float((shift**2).sum()), rel=1e-9)
+    assert matrix.mean_squares(left).sum() == pytest.approx(float((shift**2).sum()), rel=1e-9)
 
 
 def test_the_step_of_the_measured_poses_leaves_what_is_uncertain():
@@ -152,7 +152,7 @@ def test_halving_one_part_leaves_what_its_budget_states():
     at = found.owners.index(owner)
     halves = np.array([0.5 if info.owner == owner else 1.0 for info in matrix.infos])
     expected = found.total - found.shared[at].sum() + found.own[at] / 4
-    assert matrix.square_sum(halves) == pytest.approx(expected, rel=1e-9)
+    assert matrix.mean_squares(halves).sum() == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_run_draws_robots_from_the_estimates():

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from lostmotion.error_model.budget import Tally, costs, label_of, tallies, tally
+from lostmotion.error_model.budget import Tally, costs, label_of, sums
 from lostmotion.error_model.differences import sets_difference
-from lostmotion.error_model.few_poses import Squares, many_poses
+from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lostmotion.error_model.columns import Column
+    from lostmotion.error_model.few_poses import Squares
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -54,8 +55,7 @@ class ComparedArm:
 
     label    its name in tables: that of its file where there is one
     tallies  exact error budget of each independent set of poses, for each of `GROUPINGS`
-    many     exact error budget of each set of many poses, to check whether these are too few; empty
-             where they are not checked
+    squares  mean squares of the error by level over each set of poses, and over many poses
     held     (joint,) largest static load of each drive over the poses, N m or N
     """
 
@@ -64,18 +64,11 @@ class ComparedArm:
     poses: Poses
     sampled: Sampled
     tallies: tuple[list[Tally], ...]
-    many: tuple[Tally, ...]
+    squares: Squares
     held: Floats
     known: States
     overloads: tuple[Overload, ...]
     approach: float
-
-    @functools.cached_property
-    def squares(self) -> Squares:
-        """Return the mean squares of the error by level over each set of poses, and of the many."""
-        visited = [each[0].levels / each[0].poses for each in self.tallies]
-        many = [each.levels / each.poses for each in self.many]
-        return Squares(np.array(visited), np.array(many).reshape(-1, 3))
 
     @functools.cached_property
     def errors(self) -> Drawn:
@@ -150,25 +143,24 @@ def compared_arm(  # noqa: PLR0913 - a study is these numbers
     sampled = run(
         arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=named
     )
-    found = tuple(
-        tallies(arm, q, tuple(GROUPINGS.values()), approach)
-        for q in np.split(poses.q, poses.replicates)
-    )
-    several = many_poses(arm, poses)
-    many = (
-        ()
-        if several is None
-        else tuple(
-            tally(arm, q, approach=approach) for q in np.split(several.q, several.replicates)
-        )
-    )
+    sets = np.split(poses.q, poses.replicates)
+    found, squares = sums(arm, sets, tuple(GROUPINGS.values()), approach, many_poses(arm, poses))
     held = np.max(
         [np.abs(state.torques).max(axis=0) for _, state in states_of(arm, poses.q, _CHUNK)],
         axis=0,
     )
     known = with_limits(states(arm), arm, poses.q, approach)
     return ComparedArm(
-        label, arm, poses, sampled, found, many, held, known, overloads(arm, poses), approach
+        label,
+        arm,
+        poses,
+        sampled,
+        tuple(found),
+        squares,
+        held,
+        known,
+        overloads(arm, poses),
+        approach,
     )
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from lostmotion.error_model.few_poses import Squares
 from lostmotion.error_model.pose_matrix import pose_matrices
-from lostmotion.error_model.robot_intervals import root_mean_square
 from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
@@ -201,10 +200,7 @@ class Budget:
     part and each kind of error.
 
     where     name of the poses
-    of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the
-              poses
-    of_many   the same over many other poses, to check whether these are too few; empty where they
-              are not checked
+    squares   mean squares by level over each independent set of the poses, and over many others
     halving   effect of halving each part there, where it was requested
     """
 
@@ -213,9 +209,8 @@ class Budget:
     rms: float
     parts: tuple[Cost, ...]
     causes: tuple[Cost, ...]
-    of_sets: tuple[tuple[float, float, float], ...]
+    squares: Squares
     halving: Halving | None = None
-    of_many: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def levels(self) -> tuple[float, float, float]:
@@ -234,13 +229,7 @@ class Budget:
         are too few.
         """
         weights = np.isin(range(3), levels or (0, 1, 2)).astype(float)
-        squares = self.squares
-        return squares.known_ends(root_mean_square(squares.visited @ weights), weights)
-
-    @property
-    def squares(self) -> Squares:
-        """Return the mean squares by level over each set of its poses, and of the many."""
-        return Squares(np.array(self.of_sets), np.array(self.of_many).reshape(-1, 3))
+        return self.squares.known_ends(self.squares.root_mean_square(weights), weights)
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
@@ -273,26 +262,29 @@ def budget(
     Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in
     size.
     """
-    found = [tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
+    found, squares = sums(arm, np.split(q, replicates), ("part", "cause"), approach, many)
     parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))
-    of_sets = _by_level([each for each, _ in found])
-    of_many = (
-        ()
-        if many is None
-        else _by_level(
-            [tally(arm, each, approach=approach) for each in np.split(many.q, many.replicates)]
-        )
-    )
     rms = float(np.sqrt(parts.total / parts.poses))
-    return Budget(
-        where, parts.poses, rms, tuple(costs(parts)), tuple(costs(causes)), of_sets, of_many=of_many
+    return Budget(where, parts.poses, rms, tuple(costs(parts)), tuple(costs(causes)), squares)
+
+
+def sums(
+    arm: Arm,
+    sets: Sequence[Floats],
+    groupings: Sequence[By | Callable[[Column], str]],
+    approach: float = 0.0,
+    many: Poses | None = None,
+) -> tuple[list[list[Tally]], Squares]:
+    """Return the exact error budget of each independent set of poses (pose, joint) for each
+    grouping, and the mean squares over them and over many poses; arguments and errors as for
+    `budget`.
+    """
+    found = [_sums(arm, q, groupings, approach) for q in sets]
+    more = [] if many is None else np.split(many.q, many.replicates)
+    squares = Squares.of(
+        [each for _, each in found], [_sums(arm, q, (), approach)[1] for q in more]
     )
-
-
-def _by_level(found: Sequence[Tally]) -> tuple[tuple[float, float, float], ...]:
-    """Return the mean squares by design, by robot and by visit of each tally, m^2."""
-    design, robot, visit = np.transpose([each.levels / each.poses for each in found]).tolist()
-    return tuple(zip(design, robot, visit, strict=True))
+    return [each for each, _ in found], squares
 
 
 def budget_changes(
@@ -374,10 +366,19 @@ def tallies(
     """Return the exact error budget of an arm at the poses q for each grouping of its terms;
     arguments and errors as for `tally`.
     """
+    return _sums(arm, q, groupings, approach)[0]
+
+
+def _sums(
+    arm: Arm, q: Floats, groupings: Sequence[By | Callable[[Column], str]], approach: float
+) -> tuple[list[Tally], Floats]:
+    """Return the budgets of `tallies`, and the mean squares by level at each pose (pose, 3)."""
     out: list[Tally] = []
+    squares: list[Floats] = []
     for _, matrix in pose_matrices(arm, q, approach=approach):
         block = [Tally.of(matrix, by) for by in groupings]
         out = [whole + part for whole, part in zip(out, block, strict=True)] if out else block
-    if not out:
+        squares.append(matrix.merged.level_squares)
+    if not squares:
         raise refuse_argument("poses", "none", "at least one pose", at=0)
-    return out
+    return out, np.concatenate(squares)

@@ -150,6 +150,19 @@ class ToolScrews:
         return np.asarray(sum(shift**2 for shift in self.along_poses[3:]))
 
     @functools.cached_property
+    def level_squares(self) -> Floats:
+        """Return the mean square displacement of the tool point by design, by robot and by visit
+        (pose, 3), m^2. Valid for columns with independent draws.
+        """
+        of_levels = (("robot",), ("visit", "robot x visit"))
+        return np.column_stack(
+            [
+                (self.bias[:, 3:] ** 2).sum(axis=1),
+                *(self.squares[self.columns(*levels)].sum(axis=0) for levels in of_levels),
+            ]
+        )
+
+    @functools.cached_property
     def square_sums(self) -> Floats:
         """Return `squares` summed over the poses (column,), m^2."""
         return np.asarray(self.squares.sum(axis=1))

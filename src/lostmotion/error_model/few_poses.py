@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Self
+
+import numpy as np
 
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.robot_intervals import root_mean_square
@@ -36,19 +38,34 @@ RP: Final = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Squares:
-    """Exact mean squares by design, by robot and by visit over each independent set of poses, and
-    over each set of many poses to check them (set, 3), m^2; no sets where nothing is checked.
+    """Exact mean squares by design, by robot and by visit, m^2.
+
+    visited   (set, 3) over each independent set of poses
+    many      (set, 3) over each set of many poses to check them; no sets where nothing is checked
+    at_poses  (pose, 3) at each pose, set after set, for the floor of intervals; None where they are
+              too many to keep
     """
 
     visited: Floats
     many: Floats
+    at_poses: Floats | None = None
+
+    @classmethod
+    def of(cls, visited: Sequence[Floats], many: Sequence[Floats] = ()) -> Self:
+        """Return those of sets of poses from the mean squares at their poses (pose, 3)."""
+        means = [np.array([each.mean(axis=0) for each in sets]) for sets in (visited, many)]
+        return cls(means[0], means[1].reshape(-1, 3), np.concatenate(visited))
+
+    def root_mean_square(self, weights: Sequence[float] | Floats) -> Estimate:
+        """Return the root mean square (m) of the levels with these weights over the poses."""
+        at_poses = None if self.at_poses is None else self.at_poses @ weights
+        return root_mean_square(self.visited @ weights, at_poses)
 
     def root_mean_squares(self, weights: Sequence[float] | Floats) -> tuple[Estimate, Estimate]:
         """Return the root mean square (m) of the levels with these weights over the poses, and over
         the many. Valid where there are any.
         """
-        visited, many = (root_mean_square(each @ weights) for each in (self.visited, self.many))
-        return visited, many
+        return self.root_mean_square(weights), root_mean_square(self.many @ weights)
 
     def known_ends(self, found: Estimate, weights: Sequence[float] | Floats) -> Estimate:
         """Return a figure over these poses, its upper or lower end NaN where they lack rare poses

@@ -152,13 +152,11 @@ class PoseMatrix(ToolScrews):
             for key, mixed in self.mixtures.items()
         }
 
-    def square_sum(self, factors: Floats) -> float:
-        """Return the mean square displacement of the tool point, summed over the poses, m^2, with
-        every column scaled by its factor (column,).
+    def mean_squares(self, factors: Floats) -> Floats:
+        """Return the mean square displacement of the tool point (pose,), m^2, with every column
+        scaled by its factor (column,).
         """
-        shift = self.scaled(factors).uncorrelated.along_poses[3:]
-        correlated = ((factors[self.groups[key]], each) for key, each in self.products.items())
-        return float(np.vdot(shift, shift)) + sum(float(f @ each @ f) for f, each in correlated)
+        return np.asarray(self.scaled(factors).merged.squares.sum(axis=0))
 
 
 def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:

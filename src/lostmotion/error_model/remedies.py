@@ -165,30 +165,25 @@ def remaining_rms(
     uncertainty due to their choice, as in `Budget.rms_interval`; `many`: poses by which to check
     whether these are too few (`many_poses`). Raises ValueError as `screws` does.
     """
-    found = _mean_squares(arm, poses, approach)
+    found = _root_mean_squares(arm, poses, approach)
     if many is None:
-        return {stage: root_mean_square(found[stage]) for stage in found}
-    beside = _mean_squares(arm, many, approach)
-    pairs = {
-        stage: (root_mean_square(found[stage]), root_mean_square(beside[stage])) for stage in found
-    }
-    return {stage: known_ends(here, here, there) for stage, (here, there) in pairs.items()}
+        return found
+    beside = _root_mean_squares(arm, many, approach)
+    return {stage: known_ends(here, here, beside[stage]) for stage, here in found.items()}
 
 
-def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
-    """Return the mean square (m^2) over each independent set of the poses (replicate,), by
-    stage.
-    """
+def _root_mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Estimate]:
+    """Return the root mean square (m) over the poses by stage, with its interval."""
     geometry, estimated, stages = geometry_of(arm), estimated_of(arm), stages_of(arm)
-    squares: dict[str, list[float]] = {stage: [] for stage in stages}
+    blocks: dict[str, list[Floats]] = {stage: [] for stage in stages}
     for q in np.split(poses.q, poses.replicates):
-        sums = dict.fromkeys(stages, 0.0)
         for _, here in blocks_of(q):
-            for stage in stages:
+            for stage, found in blocks.items():
                 matrix = pose_matrix(arm, here, approach=approach_at_stage(stage, approach))
-                sums[stage] += matrix.square_sum(
-                    remaining(matrix.infos, stage, geometry, estimated)
-                )
-        for stage, whole in sums.items():
-            squares[stage].append(whole / len(q))
-    return {stage: np.array(of_sets) for stage, of_sets in squares.items()}
+                left = remaining(matrix.infos, stage, geometry, estimated)
+                found.append(matrix.mean_squares(left))
+    at_poses = {stage: np.concatenate(found) for stage, found in blocks.items()}
+    return {
+        stage: root_mean_square(each.reshape(poses.replicates, -1).mean(axis=1), each)
+        for stage, each in at_poses.items()
+    }

@@ -63,14 +63,18 @@ def mean_spread(robot_means: Floats, of_poses: Floats | None = None) -> Spread:
     return Spread(found.of_robots, chosen, factor * math.sqrt(found.of_robots + chosen))
 
 
-def root_mean_square(of_sets: Floats) -> Estimate:
+def root_mean_square(of_sets: Floats, of_poses: Floats | None = None) -> Estimate:
     """Return the square root of the mean of the mean squares (set,) of independent sets of poses,
     with its confidence interval.
+
+    of_poses  (pose,) mean square at each pose, for the floor as for `pooled_mean`
 
     The ends are the roots of those of Student's interval of the mean. NaN ends for a single set.
     """
     mean = float(of_sets.mean())
     half = student(len(of_sets) - 1) * math.sqrt(variance_of_mean(of_sets))
+    if of_poses is not None:
+        half = max(half, counting_floor(of_poses, len(of_sets), CONFIDENCE))
     return Estimate(
         math.sqrt(mean), float(np.sqrt(np.maximum(mean - half, 0.0))), math.sqrt(mean + half)
     )

@@ -45,7 +45,8 @@ class Errors(ABC):
 
     squares   exact mean squares over the poses
     levels    of the percentiles
-    rotation  (set,) mean squares of the tool's rotation, rad^2; None where they are not computed
+    rotation  (set, pose) mean square of the tool's rotation at the poses of each set, rad^2; None
+              where it is not computed
     visits    of each robot to each pose
     accuracy  AP of every robot; None without samples, and for a single visit
     repeats   RP by the sign of the joints' last motion, 0 where it is drawn; empty likewise
@@ -104,10 +105,9 @@ class Drawn(Errors):
             VisitFigures(sampled.robot_means[:, :, k], sampled.of_poses(k), squares) for k in (1, 2)
         )
         several = sampled.visits > 1
-        of_sets = sampled.rotation_ms.reshape(len(sampled.replicate_hist), -1)
         return cls(
             squares=squares,
-            rotation=np.asarray(of_sets.mean(axis=1)),
+            rotation=sampled.rotation_ms.reshape(len(sampled.replicate_hist), -1),
             visits=sampled.visits,
             accuracy=ap if several else None,
             repeats=repeats if repeats is not None else {approach: rp} if several else {},

@@ -136,7 +136,7 @@ def _rms(key: str, name: str, definition: str, weights: Weights, group: Group) -
         name,
         "m",
         definition,
-        lambda errors: root_mean_square(errors.squares.visited @ weights),
+        lambda errors: errors.squares.root_mean_square(weights),
         lambda before, after: root_mean_square_difference(
             *(each.squares.visited @ weights for each in (before, after))
         ),
@@ -236,8 +236,10 @@ ROTATION: Final = Figure(
     "rotation of the tool, r.m.s.",
     "rad",
     "root mean square of the angle by which the tool is turned; exact at the visited poses",
-    lambda errors: root_mean_square(errors.rotation),
-    lambda one, other: root_mean_square_difference(one.rotation, other.rotation),  # type: ignore[arg-type] # `figures_of`
+    lambda errors: root_mean_square(errors.rotation.mean(axis=1), errors.rotation.ravel()),
+    lambda one, other: root_mean_square_difference(
+        *(each.rotation.mean(axis=1) for each in (one, other))  # type: ignore[union-attr] # `figures_of`
+    ),
 )
 # Figures of every run, but for the percentiles, which stand before the last: of the position error
 # in the order of tables, of its levels, of the rotation.

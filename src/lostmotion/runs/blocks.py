@@ -279,10 +279,7 @@ def compute(order: Order, design: int, block: int) -> BlockRecord:
     found = rows[: last - first]
     found[:, :_AP] = sample.per_pose
     found[:, _AP:_SQUARES] = sample.over_robots().reshape(last - first, -1)
-    found[:, _SQUARES] = (matrix.bias[:, 3:] ** 2).sum(axis=1)
-    errors = matrix.merged
-    found[:, _SQUARES + 1] = errors.squares[errors.columns("robot")].sum(axis=0)
-    found[:, _SQUARES + 2] = errors.squares[errors.columns("visit", "robot x visit")].sum(axis=0)
+    found[:, _SQUARES : _SQUARES + 3] = matrix.merged.level_squares
     found[:, _SQUARES + 3 : _SQUARES + 5] = np.transpose(bounds(matrix))
     tally = Tally.of(matrix)
     parts = np.zeros((max(len(order.parts), 1), len(PARTS)))

@@ -178,7 +178,8 @@ class _Merged:
         self.parts += record.parts
         self.levels[of_set] += record.poses[: last - first, _SQUARES].sum(axis=0)
         if order.poses <= _MOST_KEPT:
-            self.at_poses.append(record.poses[: last - first, _AT_POSES])
+            rows = record.poses[: last - first]
+            self.at_poses.append(np.column_stack([rows[:, _AT_POSES], rows[:, _SQUARES]]))
         self.square += float(record.poses[: last - first, _MEAN_SQUARE].sum())
         self.worst = worst_of(self.worst, order, design, block, record)
 
@@ -307,8 +308,13 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     order = store.order
     arm = design_of(order, design).arm
     robots = merged.robots * (order.sets / order.poses)
-    at = list(np.concatenate(merged.at_poses).T) if merged.at_poses else [None] * robots.shape[2]
-    squares = Squares(merged.levels * (order.sets / order.poses), NOT_CHECKED.many)
+    kept = np.concatenate(merged.at_poses) if merged.at_poses else None
+    at = [None] * len(_AT_POSES) if kept is None else list(kept.T)
+    squares = Squares(
+        merged.levels * (order.sets / order.poses),
+        NOT_CHECKED.many,
+        None if kept is None else kept[:, len(_AT_POSES) :],
+    )
     ap, rp = (VisitFigures(robots[:, :, k], at[k], squares) for k in (1, 2))
     repeats = order.visits > 1
     errors = Drawn(

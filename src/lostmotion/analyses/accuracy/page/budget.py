@@ -47,7 +47,7 @@ def levels_section(budget: Budget) -> Section:
         Row(label, (size, share), note)
         for (label, _, note), size, share in zip(lines, rms, shares, strict=True)
     ]
-    note = INTERVAL_OF_POSES if len(budget.of_sets) > 1 else ""
+    note = INTERVAL_OF_POSES if len(budget.squares.visited) > 1 else ""
     return Section(
         "levels",
         "What can be compensated",

@@ -211,7 +211,7 @@ def few_poses(blame: Budget, visits: int, approach: float) -> tuple[str, ...]:
     """Return the sentence that the poses are too few for position error, AP or RP; nothing where
     they are enough, or not checked.
     """
-    if not blame.of_many:
+    if not len(blame.squares.many):
         return ()
     return few_poses_warnings(
         blame.poses,

@@ -264,7 +264,7 @@ def warnings(comparison: Comparison) -> tuple[str, ...]:
             "descriptions, not of the arms"
         )
     for each in comparison.arms:
-        weights = weights_of(each.sampled.visits, each.approach) if each.many else {}
+        weights = weights_of(each.sampled.visits, each.approach) if len(each.squares.many) else {}
         few = few_poses_warnings(
             len(each.poses),
             {name: each.squares.root_mean_squares(of) for name, of in weights.items()},
