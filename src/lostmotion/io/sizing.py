@@ -58,7 +58,7 @@ from lostmotion.io.sizing_options import (
 from lostmotion.io.sizing_parts import selection_slots
 from lostmotion.io.toml import request_of
 from lostmotion.io.toml_lines import names_lines
-from lostmotion.sizing.candidates import LinkOptions, Objective, link_slot
+from lostmotion.sizing.candidates import LinkOptions, Objective, for_copies, link_slot
 from lostmotion.sizing.evaluation import Constraints
 
 if TYPE_CHECKING:
@@ -248,8 +248,8 @@ def _with_target(
         link_slot(joints[name], each.choice, each.material, plan.step, plan.price_per_kg or 0.0)
         for name, each in link_options.items()
     ]
-    slots = sorted([*parts, *sections], key=lambda slot: order[slot.joint])
-    return SizingRequest(plan, link_options, tuple(slots), offers.objective, tuple(offers.notes))
+    slots = for_copies(sorted([*parts, *sections], key=lambda slot: order[slot.joint]), offers.arm)
+    return SizingRequest(plan, link_options, slots, offers.objective, tuple(offers.notes))
 
 
 # Keys of a family that are arguments of the question.

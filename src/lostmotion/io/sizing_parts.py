@@ -26,6 +26,7 @@ from lostmotion.io.sizing_options import (
 )
 from lostmotion.io.toml import key_step
 from lostmotion.mechanism.holding_torques import holding_torques
+from lostmotion.mechanism.leg_copies import leg_copies
 from lostmotion.parts.gearbox.kinds import TurningGearbox
 from lostmotion.sizing.candidates import PartCandidate, Slot
 
@@ -133,10 +134,11 @@ def _gearbox_candidate(
 
 def _suitable(options: OptionTables, joint: RevoluteJoint) -> list[str]:
     """Return the names of all rows that have the joint's ratio and are rated for at least half of
-    its holding torque.
+    its holding torque, or that of a copy of it.
     """
     _, torques = holding_torques(options.arm, sample_poses(options.arm, _TORQUE_POSES).q)
-    torque = next(abs(each.worst) for each in torques if each.joint == joint.name)
+    copies = leg_copies(options.arm, "gearbox")[joint.name]
+    torque = max(abs(each.worst) for each in torques if each.joint in copies)
     ratio = _ratio_of(joint)
     names = []
     for row in [*options.in_file, *options.own, *gearboxes()]:

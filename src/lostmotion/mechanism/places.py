@@ -134,6 +134,17 @@ class Tree:
             if (joint := self.places[number].joint) is not None
         )
 
+    @property
+    def loads_are_outboard(self) -> bool:
+        """Return whether what loads a place is outboard of it: no closure shares the loads."""
+        return not self.welds
+
+    def loading(self, place: int) -> frozenset[int]:
+        """Return the indices of the places whose masses load this one."""
+        return (
+            self.outboard(place) if self.loads_are_outboard else frozenset(range(len(self.places)))
+        )
+
     def inboard(self, place: int) -> frozenset[int]:
         """Return the indices of a place and of all places that carry it."""
         out = {place}

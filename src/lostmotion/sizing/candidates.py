@@ -11,11 +11,15 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from lostmotion.mechanism.leg_copies import leg_copies
 from lostmotion.parts.family import section_text
 from lostmotion.sizing.lightest import with_section
 from lostmotion.sizing.size_steps import EXACT, SizeSteps
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.family import Family
     from lostmotion.parts.joint import Joint
     from lostmotion.parts.material import Material
@@ -60,14 +64,16 @@ class PartCandidate:
 
 @dataclass(frozen=True)
 class Slot:
-    """One part to select at a joint.
+    """One part to select at a joint, and at the joints of `copies`. Masses and prices are of all of
+    them.
 
     present        the present part; its price is NaN where unknown
     material       new material of a link; None: its own
     family         family of a link's sections; its sizes are as `steps` allows, and differ by about
                    the ratio `spacing`
     per_kg         price per kg of link
-    mass_in_joint  kg of the joint's mass that is the present gearbox, which a selected one replaces
+    mass_in_joint  kg of the mass of each joint that is the present gearbox, which a selected one
+                   replaces
     has_masses     whether the masses of the candidates are known; if not, the joint keeps its mass
     """
 
@@ -82,11 +88,19 @@ class Slot:
     per_kg: float = 0.0
     mass_in_joint: float = 0.0
     has_masses: bool = True
+    copies: tuple[str, ...] = ()
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Return the joints that get the part."""
+        return (self.joint, *self.copies)
 
     @property
     def label(self) -> str:
-        """Return joint and kind of part."""
-        return f"{self.joint} {self.kind}"
+        """Return joint and kind of part, and the number of its copies."""
+        count = len(self.copies)
+        further = f" and {count} {'copy' if count == 1 else 'copies'}" if count else ""
+        return f"{self.joint} {self.kind}{further}"
 
     def install(self, joint: Joint, candidate: PartCandidate) -> Joint:
         """Return the joint with this part."""
@@ -100,7 +114,7 @@ class Slot:
         if self.kind == "gearbox" and candidate.part is not None:
             # The joint's mass is stated, because the gearbox has a mass of its own.
             changed["mass"] = (
-                max(joint.total_mass - self.mass_in_joint, 0.0) + candidate.mass
+                max(joint.total_mass - self.mass_in_joint, 0.0) + candidate.mass / len(self.joints)
                 if self.has_masses
                 else joint.total_mass
             )
@@ -187,6 +201,37 @@ def link_slot(
     )
 
 
+def for_copies(slots: Iterable[Slot], arm: Arm) -> tuple[Slot, ...]:
+    """Return the slots with one for all copies of a leg that are offered the same parts."""
+    out: list[Slot] = []
+    for slot in slots:
+        copies = leg_copies(arm, slot.kind)[slot.joint]
+        for k, first in enumerate(out):
+            if first.joint in copies and _offered(first) == _offered(slot):
+                out[k] = replace(first, copies=(*first.copies, slot.joint))
+                break
+        else:
+            out.append(slot)
+    return tuple(_of_all(slot, len(slot.joints)) for slot in out)
+
+
+def _offered(slot: Slot) -> str:
+    return repr(replace(slot, joint="", copies=()))
+
+
+def _of_all(slot: Slot, count: int) -> Slot:
+    """Return the slot with masses and prices of this number of parts."""
+    return replace(
+        slot,
+        candidates=tuple(_times(each, count) for each in slot.candidates),
+        present=_times(slot.present, count),
+    )
+
+
+def _times(each: PartCandidate, count: int) -> PartCandidate:
+    return replace(each, mass=count * each.mass, price=count * each.price)
+
+
 def refined_candidates(
     joint: Joint, slot: Slot, selected: PartCandidate, ratio: float
 ) -> tuple[PartCandidate, ...]:
@@ -220,7 +265,7 @@ def _of_family(joint: Joint, slot: Slot, free: tuple[float, ...]) -> PartCandida
 
 
 def _weighed(joint: Joint, slot: Slot, section: Plain) -> PartCandidate:
-    mass = with_section(joint, section, slot.material).link.total_mass
+    mass = len(slot.joints) * with_section(joint, section, slot.material).link.total_mass
     return PartCandidate(section_text(section), section, mass, slot.per_kg * mass)
 
 

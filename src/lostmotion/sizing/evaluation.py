@@ -93,7 +93,7 @@ class Evaluator:
         self.load_q = np.vstack([q, corners(arm, _MOST_CORNERS)])
         self.evaluations: dict[Choice, Evaluation] = {}
         self._errors: dict[Choice, float] = {}
-        self._joints: dict[tuple[tuple[int, int], ...], Joint] = {}
+        self._joints: dict[tuple[str, tuple[tuple[int, int], ...]], Joint] = {}
         self._torques: dict[tuple[tuple[float, ...], ...], Floats] = {}
         self._deflections: dict[tuple[object, ...], float] = {}
 
@@ -108,14 +108,15 @@ class Evaluator:
         joints = []
         for joint in self.arm.joints:
             own = tuple(
-                (k, choice[k]) for k, slot in enumerate(self.slots) if slot.joint == joint.name
+                (k, choice[k]) for k, slot in enumerate(self.slots) if joint.name in slot.joints
             )
-            if own and own not in self._joints:
+            known = (joint.name, own)
+            if own and known not in self._joints:
                 changed = joint
                 for k, index in own:
                     changed = self.slots[k].install(changed, self.slots[k].candidates[index])
-                self._joints[own] = changed
-            joints.append(self._joints[own] if own else joint)
+                self._joints[known] = changed
+            joints.append(self._joints[known] if own else joint)
         return self.arm.model_copy(update={"joints": tuple(joints)})
 
     def evaluate(self, choice: Choice) -> Evaluation:
@@ -186,7 +187,7 @@ class Evaluator:
         )
 
     def _torque_violation(self, arm: Arm) -> float:
-        selected = {slot.joint for slot in self.slots if slot.kind == "gearbox"}
+        selected = {name for slot in self.slots if slot.kind == "gearbox" for name in slot.joints}
         out = 0.0
         for joint, torque in zip(
             arm.driven, self.torques(arm) if selected else (), strict=bool(selected)
@@ -199,29 +200,32 @@ class Evaluator:
     def _limit_violation(self, arm: Arm, choice: Choice, limits: Limits) -> float:
         out = 0.0
         masses = _masses(arm)
-        for k, slot in enumerate(self.slots):
-            if slot.kind == "link":
-                at = next(n for n, joint in enumerate(arm.joints) if joint.name == slot.joint)
-                outboard = arm.tree.outboard(arm.tree.joints[at].tip)
-                carried = tuple(
-                    mass
-                    for mass, places in zip(masses, arm.tree.joints, strict=True)
-                    if places.seat in outboard
+        links = [
+            (name, choice[k])
+            for k, slot in enumerate(self.slots)
+            if slot.kind == "link"
+            for name in slot.joints
+        ]
+        for name, chosen in links:
+            at = next(n for n, joint in enumerate(arm.joints) if joint.name == name)
+            loading = arm.tree.loading(arm.tree.joints[at].tip)
+            carried = tuple(
+                mass
+                for mass, places in zip(masses, arm.tree.joints, strict=True)
+                if places.seat in loading
+            )
+            key = (name, chosen, carried)
+            if key not in self._deflections:
+                joint = arm.joints[at]
+                task = LinkTask(
+                    joint, LinkLoads.of(arm, at, self.load_q, self.constraints.tilt), limits
                 )
-                key = (k, choice[k], carried)
-                if key not in self._deflections:
-                    joint = arm.joints[at]
-                    task = LinkTask(
-                        joint, LinkLoads.of(arm, at, self.load_q, self.constraints.tilt), limits
-                    )
-                    self._deflections[key] = (
-                        0.0
-                        if joint.link.is_rigid
-                        else float(task.utilisation(joint.elastic_link, task.loads).max())
-                    )
-                out += (
-                    math.log(self._deflections[key]) if self._deflections[key] > 1 + EQUAL else 0.0
+                self._deflections[key] = (
+                    0.0
+                    if joint.link.is_rigid
+                    else float(task.utilisation(joint.elastic_link, task.loads).max())
                 )
+            out += math.log(self._deflections[key]) if self._deflections[key] > 1 + EQUAL else 0.0
         return out
 
 

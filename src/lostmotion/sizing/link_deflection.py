@@ -14,6 +14,8 @@ from lostmotion.mechanism.holding_torques import direction_within
 from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.elastic_link import ElasticLink
     from lostmotion.spatial import Floats
@@ -71,6 +73,20 @@ class LinkLoads:
             for axis in np.eye(3)
         ]
         return cls(nominal, fixed, np.stack(by_axis, axis=-1), now, tilt)
+
+    @classmethod
+    def together(cls, each: Sequence[Self]) -> Self:
+        """Return the loads of several links, for one section of all of them: the poses of one after
+        those of the other.
+        """
+        fixed = [one.fixed for one in each if one.fixed is not None]
+        by_gravity = [one.by_gravity for one in each if one.by_gravity is not None]
+        return replace(
+            each[0],
+            nominal=np.concatenate([one.nominal for one in each]),
+            fixed=np.concatenate(fixed) if fixed else None,
+            by_gravity=np.concatenate(by_gravity) if by_gravity else None,
+        )
 
     def at(self, poses: np.ndarray) -> LinkLoads:
         """Return the loads at some of the poses."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.assembly import assembled
+from lostmotion.mechanism.leg_copies import leg_copies
 from lostmotion.sizing.lightest import (
     SLACK,
     Limits,
@@ -106,16 +107,21 @@ def one_pass(
     step: float | None,
 ) -> tuple[Arm, dict[str, SizedSection]]:
     """Return the arm with every link sized once, from the tip inward, and the sections in that
-    order.
+    order; links that are copies of each other, with equal options, have one section.
     """
     sized = arm
+    copies = leg_copies(arm, "link")
     sections: dict[str, SizedSection] = {}
-    for k, joint in reversed(list(enumerate(arm.joints))):
-        if joint.name in options:
-            own = options[joint.name]
-            task = LinkTask(joint, LinkLoads.of(sized, k, q, tilt), limits, own.material)
-            sections[joint.name] = lightest(task, own.choice, step)
-            sized = _with(sized, joint.name, sections[joint.name].section, own.material)
+    for joint in reversed(arm.joints):
+        own = options.get(joint.name)
+        equal_links = [name for name in copies[joint.name] if options.get(name) == own]
+        if own is not None and joint.name == equal_links[0]:
+            loads = [LinkLoads.of(sized, _index(arm, name), q, tilt) for name in equal_links]
+            task = LinkTask(joint, LinkLoads.together(loads), limits, own.material)
+            found = lightest(task, own.choice, step)
+            for name in reversed(equal_links):
+                sections[name] = found
+                sized = _with(sized, name, found.section, own.material)
     return sized, sections
 
 

@@ -3,8 +3,7 @@ study.
 
 The search uses mean and covariance of the error under the normal assumption, at fewer poses than
 the study; for a target on RP, of what differs between visits. The ratio of the two results corrects
-the
-target of the next search, until the upper end of the study's confidence interval is within the
+the target of the next search, until the upper end of the study's confidence interval is within the
 target.
 """
 
@@ -168,7 +167,7 @@ class Selection(SizedArmResult):
         keys = {"link": "section", "gearbox": "gearbox", "bearing": "clearance"}
         return [
             NewParts(
-                each.slot.joint,
+                name,
                 **{
                     keys[each.slot.kind]: each.selected.part
                     if each.slot.kind == "link"
@@ -177,6 +176,7 @@ class Selection(SizedArmResult):
             )
             for each in self.parts
             if each.selected.part is not None
+            for name in each.slot.joints
         ]
 
 
@@ -291,7 +291,7 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
         torques={
             joint.name: float(torque)
             for joint, torque in zip(sized.driven, evaluator.torques(sized), strict=True)
-            if any(slot.joint == joint.name and slot.kind == "gearbox" for slot in slots)
+            if any(joint.name in slot.joints and slot.kind == "gearbox" for slot in slots)
         },
         small_study=(len(some), min(size.robots, _ROBOTS), _few_visits(size)),
     )

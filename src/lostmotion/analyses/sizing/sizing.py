@@ -4,8 +4,9 @@ between mass and tool error.
 Condition (4) of S. Strutynskyi, R. Semenchuk 2021: the lightest section of each link with a slope
 of at most 0.5' and a deflection of at most length/2500 under load at the worst pose. A link carries
 only itself and what is outboard of it, so links sized from the tip inward have their final loads,
-and one pass is exact. A heavier outboard link could make an inboard one lighter only where its
-weight relieves that link; `LinkSize.relieved_by` names such links.
+and one pass is exact; where loops share loads, passes are repeated until the sections repeat. A
+heavier outboard link could make an inboard one lighter only where its weight relieves that link;
+`LinkSize.relieved_by` names such links.
 """
 
 from __future__ import annotations
@@ -200,18 +201,22 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     ends = corners(arm)
     given = np.zeros((0, ends.shape[1])) if also is None else as_poses(arm, also)
     q = np.vstack([poses.q, given, ends])
-    sized = arm
+    start = sized = arm
     sections: dict[str, SizedSection] = {}
     for turn in range(_ROUNDS):
         report("sizing links", turn, _ROUNDS)
-        sized, sections = one_pass(arm, options, limits, q, tilt, step)
+        before = {name: each.section for name, each in sections.items()}
+        sized, sections = one_pass(start, options, limits, q, tilt, step)
+        if not arm.tree.loads_are_outboard:
+            start = sized
         worse = worse_poses(sized, options, limits, q, tilt)
-        if not len(worse):
+        repeat = before == {name: each.section for name, each in sections.items()}
+        if not len(worse) and (repeat or start is arm):
             break
         q = np.vstack([q, worse])
     links = tuple(
         link_size(arm, sized, name, limits, q, tilt, list(sections))
-        for name in reversed(list(sections))
+        for name in [joint.name for joint in arm.joints if joint.name in sections]
     )
     of_error = poses
     if poses.law != "given":
@@ -223,7 +228,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
         other, chosen = (
             (sized, sections)
             if scale == 1
-            else one_pass(arm, options, limits.scaled(scale), q, tilt, step)
+            else one_pass(start, options, limits.scaled(scale), q, tilt, step)
         )
         trade_off.append(
             TradeOffPoint(

@@ -270,16 +270,12 @@ def _torques(result: Selection) -> Section:
     for each in result.parts:
         if each.slot.kind == "gearbox":
             rated = _rated(result, each)
-            torque = result.torques[each.slot.joint]
-            rows.append(
-                (
-                    each.slot.joint,
-                    torque,
-                    Cell(math.nan if rated is None else rated, "N m", stated=True),
-                    torque / rated if rated else None,
-                    candidate_name(each, each.selected),
-                )
-            )
+            stated = Cell(math.nan if rated is None else rated, "N m", stated=True)
+            for joint in each.slot.joints:
+                torque = result.torques[joint]
+                of_rated = torque / rated if rated else None
+                selected = candidate_name(each, each.selected)
+                rows.append((joint, torque, stated, of_rated, selected))
     tilt = (
         "base as stated"
         if result.constraints.tilt is None
@@ -321,9 +317,10 @@ def _searched(result: Selection) -> Section:
 def _remarks(result: Selection) -> list[str]:
     out = [each.selected.note for each in result.parts if each.selected.note]
     unrated = [
-        each.slot.joint
+        name
         for each in result.parts
         if each.slot.kind == "gearbox" and _rated(result, each) is None
+        for name in each.slot.joints
     ]
     if unrated:
         out.append(
@@ -331,11 +328,12 @@ def _remarks(result: Selection) -> list[str]:
             "not checked"
         )
     heaviest = [
-        each.slot.joint
+        name
         for each in result.parts
         if each.slot.kind == "link"
         and len(each.slot.candidates) > 1
         and each.selected.mass >= max(one.mass for one in each.slot.candidates)
+        for name in each.slot.joints
     ]
     if heaviest:
         out.append(
@@ -366,14 +364,15 @@ def _facts(result: Selection) -> dict[str, Any]:
         "proven": result.proven,
         "parts": [
             {
-                "joint": each.slot.joint,
+                "joint": name,
                 "part": each.slot.kind,
                 "chosen": each.selected.name,
                 "before": each.slot.present.name,
-                "mass_kg": known(each.selected.mass),
-                "price": known(each.selected.price),
+                "mass_kg": known(each.selected.mass / len(each.slot.joints)),
+                "price": known(each.selected.price / len(each.slot.joints)),
             }
             for each in result.parts
+            for name in each.slot.joints
         ],
     }
 
