@@ -101,6 +101,24 @@ lostmotion run
 """,
         ),
         (
+            ("target", ARM, "5mm"),
+            """lostmotion: 1 mistake
+lostmotion target
+  found     '5mm'
+  expected  nothing more: values stand behind an option that lostmotion target --help lists, those with spaces in quotes
+  example   --error 5mm
+""",
+        ),
+        (
+            ("map", ARM, "50", "mm"),
+            """lostmotion: 1 mistake
+lostmotion map
+  found     '50 mm'
+  expected  nothing more: values stand behind an option that lostmotion map --help lists, those with spaces in quotes
+  example   --cell "50 mm"
+""",
+        ),
+        (
             ("mapp", ARM),
             """lostmotion: 1 mistake
 command
@@ -120,6 +138,8 @@ command
         "no value",
         "switch",
         "spaces",
+        "length",
+        "two words",
         "command",
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -13,9 +14,10 @@ from lostmotion.analyses.signature import QuestionParameter, question_of
 from lostmotion.cli.answering import answer
 from lostmotion.cli.shared_options import SHARED, shared_options
 from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
     from lostmotion.analyses.signature import Question
 
@@ -152,7 +154,7 @@ def _problems(
             shown(" ".join(left)),
             f"nothing more: values stand behind an option that {ctx.command_path} --help lists, "
             "those with spaces in quotes",
-            '--zone "x 0.2..0.5 m"' if "--zone" in known else "--out folder",
+            _placed(" ".join(left), known),
         )
     elif option not in known:
         near = nearest(option, known)
@@ -174,6 +176,19 @@ def _problems(
         yield Problem(
             "", option, found, known[option].argument.help, _example(option, known[option])
         )
+
+
+def _placed(text: str, known: Mapping[str, QuestionParameter]) -> str:
+    """Return the first of these options that takes a value like this text, with it; of others any
+    option.
+    """
+    for option, parameter in known.items():
+        read = parameter.argument.read
+        if isinstance(read, Quantity) and read.si:
+            with contextlib.suppress(InputError):
+                parameter.read(text, {})
+                return f'{option} "{text}"' if " " in text else f"{option} {text}"
+    return '--zone "x 0.2..0.5 m"' if "--zone" in known else "--out folder"
 
 
 def _example(option: str, parameter: QuestionParameter) -> str:
