@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import lostmotion
+from lostmotion.calibration.alignment import WrongArmError
+from lostmotion.calibration.choices import Asked
 from lostmotion.calibration.drift import drifting
-from lostmotion.calibration.instruments import Camera, FullPoses, Points, Readings
+from lostmotion.calibration.fit import fit
+from lostmotion.calibration.instruments import (
+    Camera,
+    FullPoses,
+    MeasuredVisits,
+    Points,
+    Readings,
+)
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.partial import instrument_of
+from lostmotion.calibration.robot import robot_of
 from lostmotion.calibration.tags import CORNERS, Tags, tags_of
 from lostmotion.calibration.terms import Deviations, added_terms
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.mechanism.state import state_of
 from lostmotion.spatial import exp
 from tests.calibration.test_terms import six_axes
 
@@ -124,3 +139,71 @@ def rank(columns: np.ndarray) -> int:
     """Return how many singular values exceed 1e-7 of the largest, columns as scaled."""
     values = np.linalg.svd(columns, compute_uv=False)
     return int((values > 1e-7 * values[0]).sum())
+
+
+def far_tags(arm, count: int, pixel: float, robot: int) -> tuple:
+    """Return a model, the draws of one robot and its tag of 50 mm, 13 px wide at three metres, as
+    homogeneous coordinates project it; and where the camera is.
+    """
+    sizes = replace(Deviations(), tool_turn=0.01)
+    at = np.array([[0, 0, -1, 3], [1, 0, 0, 0], [0, -1, 0, 0.3], [0, 0, 0, 1.0]])
+    q = sample_poses(arm, 16 * count, "sobol", 3).q
+    normal = state_of(arm, q).frames[-1][:, 0, 2]  # the camera looks along -x
+    q = q[normal > np.cos(np.radians(65))][:count]
+    model = model_of(arm, q, added_terms(arm, sizes))
+    chance = np.random.default_rng(robot)
+    draws = chance.normal(size=len(model.streams))
+    on = exp(np.array([0.3, -0.2, 1.0, 0.01, -0.02, 0.03]))
+    corners = np.column_stack([0.05 * CORNERS, np.ones(4)])
+    seen = np.linalg.inv(at) @ model.frames(draws) @ on @ corners.T
+    pixels = 800 * (seen[:, :2] / seen[:, 2:3]).transpose(0, 2, 1) + [320, 240]
+    pixels += chance.normal(0, pixel, pixels.shape)
+    readings = Readings("tags", pixels, ("A",) * len(q), Camera(800, 800, 320, 240, 0.05))
+    return model, draws, readings, at
+
+
+@pytest.mark.parametrize("pixel", [0.13, 1.0])
+def test_small_tags_far_away_release_nothing(pixel):
+    """Single images of a tag of 13 px place the camera a metre off; all corners together to a few
+    centimetres, as the errors of the robot allow, from where its errors are estimated as stated.
+    """
+    arm = lostmotion.read("examples/ur5e.urdf")
+    inside = []
+    for robot in range(3):
+        model, draws, readings, at = far_tags(arm, 40, pixel, robot)
+        seen = tags_of(readings, model.matrix.state.frames[-1])
+        assert np.linalg.norm(seen.at[:3, 3] - at[:3, 3]) < 0.06
+        assert seen.distance == pytest.approx(3, rel=0.2)
+        found = fit(model, seen, Asked(np.ones(len(draws) + len(seen.unknowns))))
+        assert not found.released
+        assert found.noise == pytest.approx(pixel * seen.distance / 800, rel=0.1)
+        assert np.abs(found.mean[len(draws) :]).max() < 2
+        deviation = np.sqrt(np.diag(found.covariance))[: len(draws)]
+        inside.append(np.abs(found.mean[: len(draws)] - draws) < 1.96 * deviation)
+    assert 0.9 < np.mean(inside) < 0.99
+
+
+@pytest.mark.parametrize(("kind", "zero"), [("dial", 0.08), ("angle", np.radians(100))])
+def test_a_gauge_may_be_far_from_its_zero(kind, zero):
+    """A constant reading of any size is a zero, and no part of the robot out of tolerance."""
+    arm = six_axes(0.1)
+    q = np.random.default_rng(1).uniform(-3, 3, (20, 6))
+    value = zero + np.random.default_rng(2).normal(0, 1e-4, 20)
+    measured = MeasuredVisits(q, readings=Readings(kind, value, ("z",) * 20))
+    found = robot_of(arm, measured, terms="geometry")
+    assert not found.climb.kept.fit.released
+    assert np.abs(found.climb.kept.fit.mean).max() < 2
+
+
+def test_a_lost_instrument_is_refused():
+    """Distances with a zero of six times its prior deviation belong to another bar: base, tool and
+    robot would share what the prior holds it back.
+    """
+    arm = six_axes(0.1)
+    q = np.random.default_rng(1).uniform(-3, 3, (40, 6))
+    beside = state_of(arm, q).frames[-1][:, :3, 3] - [0.3, -0.9, 0.2]
+    measured = MeasuredVisits(
+        q, readings=Readings("distance", np.linalg.norm(beside, axis=1) + 0.06, ("A",) * 40)
+    )
+    with pytest.raises(WrongArmError, match=r"estimate of A zero is 60 mm from where it starts"):
+        robot_of(arm, measured, terms="geometry")

@@ -16,7 +16,7 @@ from lostmotion.spatial import inverse
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lostmotion.calibration.instruments import MeasuredVisits
+    from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.terms import Deviations
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -31,6 +31,8 @@ _FAR: Final = 3.0
 # deviations.
 _WRONG_ARM: Final = 0.05
 _WRONG_TOOL: Final = 5.0
+# Prior deviations from the first estimate at which an unknown of an instrument is lost.
+_LOST: Final = 5.0
 # Mean angle that one turn of the tool may leave of measured orientations, degrees.
 _WRONG_TURN: Final = 5.0
 # Share of the rows that the best frames are estimated from where others may be wrong, and distance
@@ -177,6 +179,24 @@ def refuse_other_arm(error: Floats, frames: Floats, *, turns: bool) -> None:
             f"{100 * left / reach:.2g} % of the reach: the rows belong to another arm, or the "
             "readings to other targets"
         )
+
+
+def refuse_lost_instrument(instrument: Instrument, estimates: Floats) -> None:
+    """Raise WrongArmError where an unknown of the instrument is far from its first estimate.
+
+    estimates  (unknown,) in prior deviations
+    """
+    k = int(np.argmax(np.abs(estimates))) if len(estimates) else -1
+    if k < 0 or abs(estimates[k]) <= _LOST:
+        return
+    size, unit = instrument.size(k)
+    value = size * float(estimates[k])
+    moved = f"{np.degrees(value):.3g}°" if unit == "rad" else f"{1e3 * value:.4g} mm"
+    raise WrongArmError(
+        f"the estimate of {instrument.unknowns[k]} is {moved} from where it starts, "
+        f"{abs(estimates[k]):.2g} prior deviations (at most {_LOST:g} are credible): check the "
+        "unit and the zero of its column, or measure more poses, of other orientations, from nearer"
+    )
 
 
 def _refuse_other_orientation(frames: Floats, rotation: Floats, largest: float) -> None:

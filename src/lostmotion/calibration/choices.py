@@ -31,7 +31,7 @@ _REWEIGHTED: Final = 1e-9
 # Scales of stated errors that are close to one, so that nothing is chosen.
 _USUAL: Final = (0.5, 2.0)
 # Range of the noise that is searched, m.
-_NOISE: Final = (1e-6, 2e-3)
+_NOISE: Final = (1e-6, 5e-2)
 # Orders of periodic errors that are compared, and factors on their amplitude.
 _ORDERS: Final = (0, 1, 2, 4, 8, 16, 32)
 _AMPLITUDES: Final = (0.5, 1.0, 2.0)
@@ -100,8 +100,7 @@ class EvidenceChoices:
         """Choose noise, releases and periodic errors by the evidence of rows, whose normal
         equations depend on the noise, m; return whether any changed.
         """
-        self.normal = normal
-        changed = self._tune_noise()
+        changed = self.tune_noise(normal)
         changed |= self._tune_seats()
         if self.asked.harmonics:
             changed |= self._tune_harmonics()
@@ -158,7 +157,9 @@ class EvidenceChoices:
             found.append(Release(k, float(ratio[k]), gain))
         return tuple(sorted(found, key=lambda each: -each.gain))
 
-    def _tune_noise(self) -> bool:
+    def tune_noise(self, normal: Callable[[float], evidence.NormalEquations]) -> bool:
+        """Choose the noise alone; as `choose`."""
+        self.normal = normal
         if self.asked.noise is not None:
             return False
         before = self.noise

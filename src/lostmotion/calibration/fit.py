@@ -115,8 +115,10 @@ class _Search:
             residual, columns, covariance = linear
             values = residual + columns @ self.mean
             self.rows = _Whitened(values, columns, covariance, self.instrument.noise)
-            chosen = step == 0  # first the estimates alone, from the nominal arm
-            if 0 < step <= _CHOICES:
+            chosen = step == 0  # first the estimates and the noise alone, from the nominal arm
+            if chosen:
+                choices.tune_noise(self._normal)
+            elif step <= _CHOICES:
                 chosen = choices.choose(self._normal)
             if math.isnan(surprise) and step:
                 surprise = evidence.surprise(self._normal(choices.noise), choices.unreleased())

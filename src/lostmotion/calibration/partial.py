@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
@@ -44,6 +44,7 @@ class _OneNumber(Instrument):
     value   (pose,) reading, m or rad
     """
 
+    _turns: ClassVar[bool] = False
     names: tuple[str, ...]
     target: NDArray[np.int64]
     value: Floats
@@ -66,6 +67,11 @@ class _OneNumber(Instrument):
     def unknowns(self) -> tuple[str, ...]:  # type: ignore[override]
         """Return the unknowns of all targets."""
         return tuple(f"{name} {each}" for name in self.names for each, _ in self._each)
+
+    def size(self, unknown: int) -> tuple[float, str]:
+        """Return the deviation of an unknown with its unit."""
+        name, deviation = self._each[unknown % len(self._each)]
+        return deviation, "rad" if self._turns or name.startswith("turn") else "m"
 
     def _rows(self, predicted: Floats, by_twist: Floats, by_each: Floats) -> Rows:
         """Return the rows, from the derivatives by the unknowns of each pose's own target (pose,
@@ -155,10 +161,12 @@ class _FromNominal(_OneNumber):
 
     nominal  (pose, ...) nominal tool points, m, or orientations
     axis     (target, 3)
+    zero     (target,) first estimate of each zero, m or rad
     """
 
     nominal: Floats
     axis: Floats
+    zero: Floats
 
     def part(self, rows: NDArray[np.int64]) -> Self:
         """Return the measurement at the poses in these rows."""
@@ -178,13 +186,17 @@ class Dials(_FromNominal):
         """Return the rows: the deviation along the axis."""
         own, way = self._own(unknowns), self.axis[self.target]
         moved = ((frames[:, :3, 3] - self.nominal) * way).sum(axis=1)
-        return self._rows(moved + own[:, 0], _along(way), np.ones((len(own), 1)))
+        return self._rows(
+            moved + self.zero[self.target] + own[:, 0], _along(way), np.ones((len(own), 1))
+        )
 
 
 class Inclinometers(_FromNominal):
     """Rotations of the tool about axes of the base from its nominal orientation (pose, 3, 3), with
     unknown zeros.
     """
+
+    _turns: ClassVar[bool] = True
 
     @property
     def noise(self) -> Floats:
@@ -201,7 +213,8 @@ class Inclinometers(_FromNominal):
         turned = rotation_vector(frames[:, :3, :3] @ self.nominal.transpose(0, 2, 1))
         by_turn = (way[:, None] @ turned_by_twist(turned))[:, 0]
         by_twist = np.concatenate([by_turn, np.zeros_like(way)], axis=1)
-        return self._rows((turned * way).sum(axis=1) + own[:, 0], by_twist, np.ones((len(own), 1)))
+        angle = (turned * way).sum(axis=1) + self.zero[self.target] + own[:, 0]
+        return self._rows(angle, by_twist, np.ones((len(own), 1)))
 
 
 def instrument_of(readings: Readings, frames: Floats) -> Instrument:
@@ -218,16 +231,20 @@ def instrument_of(readings: Readings, frames: Floats) -> Instrument:
         return Planes(names, target, np.zeros(len(target)), centre, normal)
     if readings.kind in {"dial", "angle"}:
         axis = np.array([np.eye(3)["xyz".index(name)] for name in names])
+        # most of a constant reading is a zero, and no error of the arm
+        zero = _each(value, target, np.median)
         if readings.kind == "dial":
-            return Dials(names, target, value, points, axis)
-        return Inclinometers(names, target, value, frames[:, :3, :3], axis)
+            return Dials(names, target, value, points, axis, zero)
+        return Inclinometers(names, target, value, frames[:, :3, :3], axis, zero)
     touch = readings.kind == "sphere"
     centre = np.array([_centre(points[target == k], value[target == k]) for k in range(len(names))])
     return Distances(names, target, value, centre, touch)
 
 
-def _each(points: Floats, target: NDArray[np.int64], of: Callable[[Floats], Floats]) -> Floats:
-    return np.array([of(points[target == k]) for k in range(int(target.max()) + 1)])
+def _each(
+    values: Floats, target: NDArray[np.int64], of: Callable[[Floats], Floats | np.floating]
+) -> Floats:
+    return np.array([of(values[target == k]) for k in range(int(target.max()) + 1)])
 
 
 def _normal(points: Floats) -> Floats:

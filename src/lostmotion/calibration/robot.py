@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.calibration import validation
-from lostmotion.calibration.alignment import refuse_other_arm, to_base
+from lostmotion.calibration.alignment import refuse_lost_instrument, refuse_other_arm, to_base
 from lostmotion.calibration.choices import LEAST_GAIN, Asked
 from lostmotion.calibration.drift import drifting
 from lostmotion.calibration.fit import fit
@@ -210,6 +210,8 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     if measured.readings is not None:
         turns = not (still.noise == 1.0).any()
         refuse_other_arm(found.before.error, every.matrix.state.frames[-1], turns=turns)
+        own = len(found.model.streams) + np.arange(len(still.unknowns))
+        refuse_lost_instrument(found.instrument, found.kept.fit.mean[own])
     inflation = found.kept.blocked.inflation
     tested, source = None, f"{len(used)} measured poses"
     if len(aside):

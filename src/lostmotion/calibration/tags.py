@@ -2,9 +2,9 @@
 the camera and of the tags.
 
 Depth is seen ten times worse than position across the optical axis, so corners are measurements,
-and never the pose that they lead to. Sources: R. Hartley, A. Zisserman, Multiple View Geometry,
-2004, section 4.1 (homography); A. Li, L. Wang, D. Wu, Int. J. Physical Sciences 5 (2010) 1530
-(camera and tag from poses of both, by Kronecker products).
+and never the pose that they lead to: the image of a tag of few pixels determines no tilt. Sources:
+R. Hartley, A. Zisserman, Multiple View Geometry, 2004, sections 6.3 (weak perspective) and 7.1
+(linear equations of images); B. Triggs et al., Vision Algorithms, 2000, 298 (bundle adjustment).
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
+from lostmotion.calibration.alignment import align
 from lostmotion.calibration.instruments import Camera, Instrument, Rows
-from lostmotion.spatial import exp, inverse, mean_pose, nearest_rotation
+from lostmotion.spatial import exp, inverse, nearest_rotation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,6 +30,8 @@ CORNERS: Final = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5
 # Prior deviations of the places of camera and tags, rad and m, about their first estimates.
 _WIDE: Final = np.repeat([0.1, 0.1], 3)
 _STEP: Final = 1e-5
+# Most steps of the least squares over all corners; five are usual.
+_MOST_STEPS: Final = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,10 @@ class Tags(Instrument):
         """Return turns and shifts of the camera and of each tag."""
         ways = [f"{kind} {axis}" for kind in ("turn", "shift") for axis in "xyz"]
         return tuple(f"{name} {way}" for name in ("camera", *self.names) for way in ways)
+
+    def size(self, unknown: int) -> tuple[float, str]:
+        """Return the deviation of an unknown with its unit."""
+        return float(_WIDE[unknown % 6]), "rad" if unknown % 6 < 3 else "m"  # noqa: PLR2004
 
     def part(self, rows: NDArray[np.int64]) -> Tags:
         """Return the measurement at the poses in these rows."""
@@ -117,49 +124,68 @@ class Tags(Instrument):
 
 
 def tags_of(readings: Readings, frames: Floats) -> Tags:
-    """Return the instrument of these pixels; places of camera and tags are first estimated at
-    nominal frames of the tool (pose, 4, 4).
+    """Return the instrument of these pixels; places of camera and tags are first estimated by least
+    squares over all corners at nominal frames of the tool (pose, 4, 4).
     """
     assert readings.camera is not None  # noqa: S101 - refused where a file is read
     camera, names = readings.camera, tuple(dict.fromkeys(readings.target))
     target = np.array([names.index(name) for name in readings.target])
-    seen = np.array([_pose(each, camera) for each in readings.value])
-    first = int(np.argmax(np.bincount(target)))
-    at = _camera_in_base(frames[target == first], seen[target == first])
-    on = [mean_pose((inverse(frames) @ at @ seen)[target == k]) for k in range(len(names))]
-    distance = float(seen[:, 2, 3].mean())
-    return Tags(names, target, readings.value, camera, at, np.array(on), distance)
-
-
-def _pose(pixels: Floats, camera: Camera) -> Floats:
-    """Return the frame (4, 4) of a tag in the camera from its four corners (4, 2), px."""
-    seen = (pixels - np.array(camera[2:4])) / np.array(camera[:2])
-    rows = []
-    for (x, y, _), (u, v) in zip(CORNERS * camera.size, seen, strict=True):
-        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
-    h = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
-    h *= np.sign(h[2, 2]) / np.sqrt(np.linalg.norm(h[:, 0]) * np.linalg.norm(h[:, 1]))
-    out = np.eye(4)
-    out[:3, :3] = nearest_rotation(np.column_stack([h[:, 0], h[:, 1], np.cross(h[:, 0], h[:, 1])]))
-    out[:3, 3] = h[:, 2]
-    return out
-
-
-def _camera_in_base(tools: Floats, tags: Floats) -> Floats:
-    """Return the camera C (4, 4) in the base from tools T and tags B in the camera (pose, 4, 4):
-    T X = C B with an unknown X.
-    """
-    eye = np.eye(3)
-    rows = [
-        np.hstack([np.kron(t[:3, :3], eye), -np.kron(eye, b[:3, :3].T)])
-        for t, b in zip(tools, tags, strict=True)
+    seen = (readings.value - np.array(camera[2:4])) / np.array(camera[:2])
+    depth = _depth(seen, camera.size)
+    middle = np.concatenate([seen.mean(axis=1), np.ones((len(seen), 1))], axis=1)
+    first = target == int(np.argmax(np.bincount(target)))
+    back = align(frames[first], (depth[:, None] * middle)[first]).frame
+    tools = back @ frames
+    on = [
+        _on_tool(tools[own], seen[own], camera.size)
+        for own in target == np.arange(len(names))[:, None]
     ]
-    found = np.linalg.svd(np.concatenate(rows), full_matrices=False)[2][-1].reshape(2, 3, 3)
-    out = np.eye(4)
-    out[:3, :3] = nearest_rotation(found[1] * np.sign(np.linalg.det(found[1])))
-    left = np.concatenate([np.hstack([t[:3, :3], -eye]) for t in tools])
-    right = np.concatenate(
-        [out[:3, :3] @ b[:3, 3] - t[:3, 3] for t, b in zip(tools, tags, strict=True)]
+    start = Tags(names, target, readings.value, camera, inverse(back), np.array(on), depth.mean())
+    return _refined(start, frames)
+
+
+def _depth(seen: Floats, size: float) -> Floats:
+    """Return the distances (pose,) along the optical axis of tags of an edge, m, by their corners
+    (pose, 4, 2) at a distance of one.
+
+    The longest image of a unit length in the tag is one over the distance at any tilt.
+    """
+    by_place = np.linalg.pinv(size * CORNERS[:, :2]) @ (seen - seen.mean(axis=1, keepdims=True))
+    return np.asarray(1 / np.linalg.norm(by_place, 2, axis=(1, 2)))
+
+
+def _on_tool(tools: Floats, seen: Floats, size: float) -> Floats:
+    """Return the frame (4, 4) of a tag on the tool by its corners (pose, 4, 2) at a distance of
+    one, for tools in the frame of the camera (pose, 4, 4): linear in its place and two axes.
+    """
+    across = np.concatenate([np.tile(-np.eye(2), (*seen.shape[:2], 1, 1)), seen[..., None]], axis=3)
+    by_place = across @ tools[:, None, :3, :3]
+    columns = np.concatenate(
+        [by_place * weight for weight in (1.0, *(size * CORNERS.T[:2, None, :, None, None]))],
+        axis=3,
     )
-    out[:3, 3] = np.linalg.lstsq(left, right, rcond=None)[0][3:]
+    offset = across @ tools[:, None, :3, 3:]
+    place, x, y = np.linalg.lstsq(columns.reshape(-1, 9), -offset.ravel())[0].reshape(3, 3)
+    out = np.eye(4)
+    out[:3, :3] = nearest_rotation(np.column_stack([x, y, np.cross(x, y)]))
+    out[:3, 3] = place
     return out
+
+
+def _refined(tags: Tags, frames: Floats) -> Tags:
+    """Return the tags with the places of least squares over all corners."""
+    from scipy.optimize import least_squares
+
+    def residual(unknowns: Floats) -> Floats:
+        return tags.rows(frames, unknowns).residual.ravel()
+
+    def slope(unknowns: Floats) -> Floats:
+        by_unknown = tags.rows(frames, unknowns).by_unknown
+        return -by_unknown.reshape(-1, len(unknowns))
+
+    start = np.zeros(len(tags.unknowns))
+    found = least_squares(residual, start, slope, method="lm", max_nfev=_MOST_STEPS)
+    twists = exp(found.x.reshape(-1, 6) * _WIDE)
+    at, on = tags.at @ twists[0], tags.on @ twists[1:]
+    distance = (inverse(at) @ frames @ on[tags.target])[:, 2, 3].mean()
+    return replace(tags, at=at, on=on, distance=abs(float(distance)))

@@ -12,8 +12,6 @@ import pytest
 
 import lostmotion
 from lostmotion.calibration.geometry import exact_chain, is_serial, mdh_of
-from lostmotion.calibration.instruments import Camera, Readings
-from lostmotion.calibration.tags import CORNERS, tags_of
 from lostmotion.calibration.terms import Deviations
 from lostmotion.errors import InputError
 from lostmotion.io.calibration_file import read_calibration
@@ -22,7 +20,6 @@ from lostmotion.io.kinematics_writer import mdh_text
 from lostmotion.io.measured.calibration_visits import read_calibration_visits
 from lostmotion.io.measured.visit_file import read_measured
 from lostmotion.laws.distributions import Normal
-from lostmotion.spatial import exp
 from tests.analyses.calibrate.test_calibrate import HEADER, twenty, written
 from tests.calibration.ur5_grid import ARM, EXAMPLES
 
@@ -201,27 +198,6 @@ def test_a_missing_column_has_the_example_of_its_instrument(instrument, example,
     with pytest.raises(InputError) as refused:
         read_calibration_visits(path, lostmotion.read(ARM), instrument=instrument)
     assert example in [each.example for each in refused.value.problems]
-
-
-def test_the_place_of_the_camera_needs_no_square_matrix_of_all_images(monkeypatch):
-    """The largest matrix of its decomposition has the size of the equations."""
-    sizes, svd = [], np.linalg.svd
-
-    def counted(*given, **named):
-        found = svd(*given, **named)
-        sizes.append(max(np.size(each) for each in found))
-        return found
-
-    count, camera = 60, Camera(800, 800, 320, 240, 0.04)
-    twists = np.random.default_rng(1).uniform(-0.2, 0.2, (count, 6))
-    tools = exp(twists)
-    places = (
-        0.04 * CORNERS @ tools[:, :3, :3].transpose(0, 2, 1) + tools[:, None, :3, 3] + [0, 0, 2]
-    )
-    pixels = 800 * places[..., :2] / places[..., 2:] + [320, 240]
-    monkeypatch.setattr(np.linalg, "svd", counted)
-    tags_of(Readings("tags", pixels, ("A",) * count, camera), tools)
-    assert max(sizes) == 9 * count * 18
 
 
 def dial_file(path, rows):

@@ -122,16 +122,19 @@ def equal_rows(file: str, q: Floats, measured: Sequence[Floats]) -> list[Problem
 
 
 def out_of_range(file: str, values: Mapping[str, Floats], lines: Sequence[int]) -> list[Problem]:
-    """Return payloads below zero, distances and radii that are none, and times beyond any clock."""
+    """Return payloads below zero, distances and radii that are none, times beyond any clock, and
+    angles beyond a half turn.
+    """
     out = []
     for role, low, high, unit, example in (
         ("payload", 0.0, np.inf, "kg", "2"),
         ("distance", _LEAST_LENGTH, np.inf, "m", "500 mm"),
         ("radius", _LEAST_LENGTH, np.inf, "m", "12.7 mm"),
         ("time", -_LONGEST_TIME, _LONGEST_TIME, "s", "30"),
+        ("angle", -np.pi, np.pi, "rad", "0.1 deg"),
     ):
         found = values.get(role, np.zeros(0))
-        expected = f"at most {high:g} {unit}" if high < np.inf else f"{low:g} {unit} or more"
+        expected = f"at most {high:.3g} {unit}" if high < np.inf else f"{low:g} {unit} or more"
         out += [
             Problem(file, f"line {lines[row]}, {role}", f"{found[row]:g} {unit}", expected, example)
             for row in np.flatnonzero((found < low) | (found > high))[:MOST_MISTAKES]
