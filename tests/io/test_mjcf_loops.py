@@ -236,3 +236,31 @@ def test_a_loop_that_cannot_be_a_mechanism_is_refused(tmp_path, text, found):
     with pytest.raises(InputError) as refused:
         read(tmp_path, text)
     assert found in str(refused.value)
+
+
+def test_a_loop_of_two_branches_asks_for_the_link_that_carries_the_tool(tmp_path):
+    """The branches of a five-bar are no two arms."""
+    five_bar = model(
+        "".join(
+            body(
+                f"{side}-arm",
+                f"{x} 0 0.1",
+                "hinge",
+                body(f"{side}-rod", "0 0 0.2", "hinge", **TURN),
+                **TURN,
+                **RANGE,
+            )
+            for side, x in (("left", 0), ("right", 0.4))
+        ),
+        '<connect name="pin" body1="left-rod" body2="right-rod" anchor="0.2 0 0"/>',
+        "left-arm",
+        "right-arm",
+    )
+    with pytest.raises(InputError) as refused:
+        read(tmp_path, five_bar, sidecar="")
+    (problem,) = refused.value.problems
+    assert problem.found.startswith(
+        "which of 2 links of the loops carries the tool? left: left-rod"
+    )
+    assert problem.expected.startswith("that link, named in ")
+    assert problem.example == 'tip = "left-rod"'

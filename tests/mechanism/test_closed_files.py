@@ -103,6 +103,41 @@ def test_rods_that_are_too_short_have_a_remedy_of_the_platform():
     assert problem.example.startswith("start = { xyz = [")
 
 
+def test_a_drive_too_many_has_a_drive_less_as_its_remedy():
+    """A five-bar with a driven elbow closes at no home by lengths and starts: three drives need one
+    more freedom than it has.
+    """
+    driven = changed(1, passive=False, limits=["-80 deg", "-20 deg"], start="-40 deg")
+    with pytest.raises(InputError) as refused:
+        arm_of("test.toml", driven)
+    (problem,) = refused.value.problems
+    assert "= 2, for 3 drives: 1 freedom too few for m1, e1, m2" in problem.found
+    assert problem.expected.endswith("or a drive less")
+    assert problem.example == "passive = true"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["compensate", "arm.toml", "--poses", "poses.csv", "--out", "out.csv"],
+        ["export", "c", "arm.toml", "--out", "model"],
+    ],
+)
+def test_a_table_for_a_controller_of_a_closed_chain_is_refused_with_what_answers(tmp_path, command):
+    """The message names both commands, and the study of given poses, which works."""
+    (tmp_path / "arm.toml").write_text(template_text("five-bar"), "utf-8")
+    (tmp_path / "poses.csv").write_text("left [deg],right [deg]\n120,60\n", "utf-8")
+    words = [sys.executable, "-m", "lostmotion", *command]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    found = " ".join(done.stderr.split())
+    assert "no table for a controller, as `compensate` and `export` need it" in found
+    assert "`study` predicts the errors at given poses (`--poses poses.csv`)" in found
+    assert len(list(tmp_path.iterdir())) == 2
+    study = lostmotion.study(tmp_path / "arm.toml", poses=tmp_path / "poses.csv", robots=16)
+    assert len(study.poses) == 1
+
+
 def test_a_drive_on_a_ball_joint_of_six_legs_is_refused_once():
     """A gearbox, by name or in full, on a joint in several directions has one message that states
     what a passive joint may have.

@@ -92,7 +92,10 @@ def tables_of(arm: Arm, valid: Validity) -> Tables:
     Exact: the tables have the same mean and covariance as the terms.
     """
     refuse_closed(
-        arm.tree, "a controller's table", "predictions by `lostmotion study` and `replay`"
+        arm.tree,
+        "table for a controller, as `compensate` and `export` need it",
+        "a serial arm; of a closed chain `study` predicts the errors at given poses "
+        "(`--poses poses.csv`)",
     )
     own = [each for each in _independent(arm) if each.place in arm.tree.tool_path]
     simplified = with_combined_springs(without_phases(own))

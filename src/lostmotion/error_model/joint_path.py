@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -23,18 +23,37 @@ _SAME: Final = 0.2
 _CONFIGURATIONS: Final = 6
 
 
-def joint_path(arm: Arm, wanted: Floats, *, with_orientation: bool) -> tuple[Floats, int]:
+class Starts(NamedTuple):
+    """Sampled poses from which the first pose of a path is tried: joint values (pose, joint), rad
+    or m, and where the tool is (pose, 3), m.
+    """
+
+    q: Floats
+    points: Floats
+
+
+def starts_of(arm: Arm) -> Starts:
+    """Return the sampled poses of an arm, once for all of its paths."""
+    q = sample_poses(arm, _SAMPLES).q
+    return Starts(q, tool_points(arm, q))
+
+
+def joint_path(
+    arm: Arm, wanted: Floats, *, with_orientation: bool, starts: Starts | None = None
+) -> tuple[Floats, int]:
     """Return the joint values (pose, joint), rad or m, at poses of the tool (pose, 4, 4), m, in
     their order, and how many of the first poses were reached.
 
     The configuration is the first of those found at the first pose in which the whole path is
     reached without a change of configuration; else the one that reaches furthest.
+
+    starts  of this arm, where many paths are sought; by default they are sampled here
     """
-    cloud = sample_poses(arm, _SAMPLES).q
-    near = np.linalg.norm(tool_points(arm, cloud) - wanted[0, :3, 3], axis=1)
-    starts = cloud[np.argsort(near, kind="stable")[:_STARTS]]
+    sampled = starts or starts_of(arm)
+    distance = np.linalg.norm(sampled.points - wanted[0, :3, 3], axis=1)
+    near = sampled.q[np.argsort(distance, kind="stable")[:_STARTS]]
     found, reached = inverse_kinematics(
-        arm, np.tile(wanted[0], (len(starts), 1, 1)), starts, with_orientation=with_orientation
+        arm, np.tile(wanted[0], (len(near), 1, 1)), near, with_orientation=with_orientation
     )
     kept: list[Floats] = []
     for q in found[reached]:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         Feature,
         ToleranceCheck,
     )
+    from lostmotion.error_model.joint_path import Starts
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.state import State
     from lostmotion.mechanism.warm_up import OwnHeat
@@ -194,14 +195,17 @@ class Program:
         return whole.stretch(0, len(rows))
 
 
-def program_of(arm: Arm, task: Task, shift: Floats | None = None) -> Program:
-    """Return how an arm carries out a task, at its placement or one moved by `shift` (4, 4).
+def program_of(
+    arm: Arm, task: Task, shift: Floats | None = None, starts: Starts | None = None
+) -> Program:
+    """Return how an arm carries out a task, at its placement or one moved by `shift` (4, 4);
+    `starts` as in `joint_path`.
 
     Raises InputError, with file and row, for a place out of reach and for a tolerance that the
     places of the task cannot have.
     """
     placement = task.placement if shift is None else task.placement @ shift
-    q = _joint_values(arm, task, placement)
+    q = _joint_values(arm, task, placement, starts)
     places = task.places
     refuse_untrusted(arm, q[places], 0.0)
     state = state_of(arm, q[places])
@@ -245,14 +249,14 @@ def _forces(task: Task, at: TaskPlaces, state: State) -> tuple[Floats | None, Fl
     return on_tool, state.deflection(task.force.scatter * np.hstack([0 * force, force]))
 
 
-def _joint_values(arm: Arm, task: Task, placement: Floats) -> Floats:
+def _joint_values(arm: Arm, task: Task, placement: Floats, starts: Starts | None) -> Floats:
     if task.q is not None:
         return task.q
     if task.poses is None:
         raise ValueError("a task without poses and joint values")
     wanted = placement @ task.poses
     turned = task.turned and len(arm.tree.tool_joints) >= _FULL
-    q, count = joint_path(arm, wanted, with_orientation=turned)
+    q, count = joint_path(arm, wanted, with_orientation=turned, starts=starts)
     if count < len(wanted):
         file, row = task.where[count]
         point = ", ".join(f"{x * 1e3:.4g}" for x in wanted[count, :3, 3])

@@ -169,8 +169,13 @@ def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> Choice:
         ends = [replace(choice, rivals=()), *choice.rivals]
         good = next((end.link for end in ends if _reads(tree, base, end.link)), None)
         if good is not None:
-            found = f"which of {len(ends)} arms? {listed(listed_ends(ends))}"
-            expected = f"the one to study, named in {sidecar_name}"
+            asked, wanted = (
+                ("links of the loops carries the tool", "that link")
+                if tree.loops
+                else ("arms", "the one to study")
+            )
+            found = f"which of {len(ends)} {asked}? {listed(listed_ends(ends))}"
+            expected = f"{wanted}, named in {sidecar_name}"
             _refuse(tree, tree.file, tree.root, found, expected, f"tip = {quoted(good)}")
     return choice
 

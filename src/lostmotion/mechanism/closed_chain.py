@@ -42,6 +42,11 @@ _STARTS: Final = {
     3: 'start = ["0 deg", "10 deg", "-77 deg"]',
     6: 'start = { xyz = ["0 mm", "0 mm", "75 mm"] }',
 }
+# What mends a chain whose closures hold its drives, and an example.
+_FEWER_DRIVES: Final = (
+    "a passive joint more in the loop of these drives, or a drive less",
+    "passive = true",
+)
 
 
 class Mistake(NamedTuple):
@@ -120,10 +125,21 @@ def _home_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
         worst = int(np.nan_to_num(home.misfit, nan=np.inf).max(axis=1).argmax())
         turn, shift = (home.misfit[worst] * np.array([1.0, size(tree)])).tolist()
         names = [tree.places[place].name for place in tree.welds[worst].places]
+        apart = (
+            f"{names[0]} and {names[1]} apart at home by {_by(1e3 * shift)} mm and "
+            f"{_by(math.degrees(turn))} deg at least"
+        )
+        counted, left, held = _count(tree)
+        if left < 0:
+            few = "1 freedom" if left == -1 else f"{-left} freedoms"
+            return Mistake(
+                ("closures", worst),
+                f"{apart}; {counted}: {few} too few for {', '.join(held)}",
+                *_FEWER_DRIVES,
+            )
         return Mistake(
             ("closures", worst),
-            f"{names[0]} and {names[1]} apart at home by {_by(1e3 * shift)} mm and "
-            f"{_by(math.degrees(turn))} deg at least{_too_few(tree)}",
+            apart,
             "a loop that closes with the drives at home: lengths, axes and limits of the drives, "
             "and start of the passive joints near where they stand there",
             _start(tree),
@@ -190,13 +206,6 @@ def _start(tree: Tree, passive: int = 0) -> str:
     return _STARTS[twist.shape[1]]
 
 
-def _too_few(tree: Tree) -> str:
-    """Return the count of freedoms of a chain whose closures hold its drives; empty for another."""
-    counted, left, held = _count(tree)
-    few = "1 freedom" if left == -1 else f"{-left} freedoms"
-    return f"; {counted}: {few} too few for {', '.join(held)}" if left < 0 else ""
-
-
 def _count(tree: Tree) -> tuple[str, int, list[str]]:
     """Return the count of the freedoms of a chain at home in words, the freedoms that are left to
     the drives beyond their number, and the drives that closures hold.
@@ -242,8 +251,7 @@ def _freedom_error(tree: Tree) -> Mistake | None:
         return Mistake(
             ("closures",),
             f"{counted}: the closures hold {', '.join(held)}",
-            "a passive joint more in the loop of these drives, or a drive less",
-            "passive = true",
+            *_FEWER_DRIVES,
         )
     if not loose:
         return None
@@ -316,9 +324,11 @@ def problem_text(tree: Tree, assembly: Assembly, pose: int) -> str:
 
 
 def refuse_closed(tree: Tree, what: str, instead: str) -> None:
-    """Raise InputError where an arm has closures: `what` is not possible yet, but `instead` is."""
+    """Raise InputError where an arm has closures: there is no `what` of it, but `instead` there
+    is.
+    """
     if tree.welds:
-        raise InputError([Problem("", "closures", f"{what} of a closed chain", instead)])
+        raise InputError([Problem("", "closures", f"a closed chain, which has no {what}", instead)])
 
 
 def closed_statics(

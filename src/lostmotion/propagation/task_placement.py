@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.draws import sobol
+from lostmotion.error_model.joint_path import starts_of
 from lostmotion.error_model.task import program_of
 from lostmotion.errors import InputError
 from lostmotion.propagation.task_success import judged
@@ -16,6 +17,7 @@ from lostmotion.spatial import pose_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from lostmotion.error_model.joint_path import Starts
     from lostmotion.error_model.task import Program, Task
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -66,11 +68,12 @@ def best_placement(
     wide = sobol(seed, "task.placement", len(low)).points(_WIDE)
     near = sobol(seed, "task.placement.near", len(low)).points(_NEAR) - 0.5
     count, found = 1 + len(wide) + len(near), list[_Tried]()
+    starts = starts_of(arm)
 
     def tries(moved: Floats) -> None:
         if report is not None:
             report("searching the placement", len(found), count)
-        found.append(_tried(arm, task, moved, seed))
+        found.append(_tried(arm, task, moved, seed, starts))
 
     for moved in ((low + high) / 2, *(low + wide * (high - low))):
         tries(moved)
@@ -97,9 +100,9 @@ class _Tried:
     refusal: InputError | None = None
 
 
-def _tried(arm: Arm, task: Task, moved: Floats, seed: int) -> _Tried:
+def _tried(arm: Arm, task: Task, moved: Floats, seed: int, starts: Starts) -> _Tried:
     try:
-        program = program_of(arm, task, pose_of(moved[:3], (0, 0, moved[3])))
+        program = program_of(arm, task, pose_of(moved[:3], (0, 0, moved[3])), starts)
     except InputError as error:
         return _Tried(moved, None, np.inf, error)
     used = judged(program, program.matrix(), _ROBOTS, _RUNS, seed).used

@@ -10,6 +10,10 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.error_model import joint_path
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.io.task_file import read_task
+from lostmotion.propagation.task_placement import best_placement
 from tests.analyses.task.test_brute_force import (
     ARCMIN,
     ARM,
@@ -32,6 +36,24 @@ VALIDATES = (
     ),
 )
 PROXIMAL, DISTAL, BASE = 0.25, 0.4, 0.2
+SEARCHED = """
+name = "holes"
+tool_rpy = ["0 deg", "0 deg", "0 deg"]
+placement = { xyz = ["100 mm", "500 mm", "0 mm"] }
+search = { x = "20 mm" }
+[[features]]
+name = "holes"
+kind = "holes"
+centre = ["0 mm", "0 mm", "0 mm"]
+diameter = "16 mm"
+count = 3
+[[tolerances]]
+name = "place"
+of = "holes"
+cylinder = "0.2 mm"
+axis = "z"
+relative_to = "fitted"
+"""
 ROBOTS = 1500
 
 
@@ -218,3 +240,25 @@ def test_a_calibrated_arm_on_holes(tmp_path, size):
     points = tool(*angles, q[:, 2], first, second)[0]
     off = np.linalg.norm(points - holes, axis=-1).max(axis=-1)
     assert abs(z_of(off < size, found.success)) < 3
+
+
+def test_a_search_of_the_placement_samples_the_poses_of_an_arm_once(tmp_path, monkeypatch):
+    """For all placements that are tried, with the same joint values as a path of its own."""
+    counted = []
+
+    def sampled(*given, **options):
+        counted.append(given)
+        return sample_poses(*given, **options)
+
+    monkeypatch.setattr(joint_path, "sample_poses", sampled)
+    file = tmp_path / "task.toml"
+    file.write_text(SEARCHED, encoding="utf-8")
+    arm = five_bar()
+    program, placement = best_placement(arm, read_task(file, arm), 1)
+    assert placement.reached == placement.tried > 10
+    assert len(counted) == 1
+    again, count = joint_path.joint_path(
+        arm, program.placement @ program.task.poses, with_orientation=False
+    )
+    assert count == len(again)
+    np.testing.assert_array_equal(program.q, again)
