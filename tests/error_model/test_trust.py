@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.error_model.trust import (
     refuse_untrusted,
@@ -18,8 +19,10 @@ from lostmotion.error_model.trust import (
 )
 from lostmotion.errors import InputError
 from lostmotion.mechanism.assembly import assembled
+from lostmotion.mechanism.closed_composition import composed
 from lostmotion.mechanism.closed_trust import loosest, share_neglected
 from lostmotion.mechanism.holding import spread_evenly
+from lostmotion.mechanism.state import state_of
 from tests.mechanism.closed_chains import at, five_bar
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -28,6 +31,12 @@ VALIDATES = (
         "share of the error that first order neglects near a parallel singularity of a five-bar",
         "exact intersection of two circles with the error in",
         "1e-4 of the error",
+        "mechanism/closed_trust.py error_model/trust.py",
+    ),
+    (
+        "share of the error that first order neglects in a hexapod with plays of 60 and 200 mm",
+        "drawn robots solved exactly",
+        "a factor of two",
         "mechanism/closed_trust.py error_model/trust.py",
     ),
 )
@@ -183,6 +192,47 @@ def too_loose(tmp_path_factory):
         text = (FIVE_BAR.parent / f"{name}.toml").read_text(encoding="utf-8")
         (folder / f"{name}.toml").write_text(text.replace(small, large), encoding="utf-8")
     return folder
+
+
+def test_a_hexapod_with_large_plays_errs_from_first_order_as_the_share_states(tmp_path):
+    """Drawn robots whose ball joints have 60 mm of play, solved exactly, are off first order by half
+    of the share that first order neglects to all of it; with 200 mm the same holds at home, and no
+    robot assembles at a pose whose share is two thirds.
+    """
+    text = (FIVE_BAR.parent / "hexapod.toml").read_text(encoding="utf-8")
+    neglected, off = {}, {}
+    for play in (60, 200):
+        (tmp_path / "loose.toml").write_text(text.replace("3 µm ± 1 µm", f"{play} mm ± 1 mm"))
+        arm = lostmotion.read(tmp_path / "loose.toml")
+        q = np.vstack([arm.home, sample_poses(arm, 64).q[::24]])
+        neglected[play], off[play] = trust(arm, q).neglected, off_first_order(arm, q)
+    ratio = np.concatenate([off[60] / neglected[60], off[200][:1] / neglected[200][:1]])
+    assert ratio.min() > 0.5
+    assert ratio.max() < 1.0
+    assert max(neglected[60]) > 0.1 > min(neglected[60])
+    assert neglected[200][1] > 0.6
+    assert np.isnan(off[200][1])
+
+
+def off_first_order(arm, q):
+    """Return by how much robots differ from first order (pose,), relative to their errors in it;
+    NaN where one does not assemble. Their draws are normal, cut at two standard deviations.
+    """
+    matrix = screws(state_of(arm, q))
+    draws, rng = np.ones((20, len(matrix.infos))), np.random.default_rng(3)
+    for columns in matrix.groups.values():
+        if matrix.infos[columns[0]].draws:
+            draws[:, columns] = np.clip(rng.standard_normal((20, 1)), -2, 2)
+    first = np.einsum("pik,nk->pni", matrix.tool[:, 3:], draws)
+    twists = {
+        place: np.einsum("pik,nk->pni", matrix.local[:, :, own], draws[:, own])
+        for place in np.unique(matrix.place).tolist()
+        for own in [matrix.place == place]
+    }
+    state = matrix.state
+    found = composed(state.closed[0], twists)[:, :, :3, 3] - state.frames[-1][:, None, :3, 3]
+    apart, whole = (np.linalg.norm(each, axis=-1) for each in (found - first, first))
+    return np.sqrt((apart**2).mean(axis=1) / (whole**2).mean(axis=1))
 
 
 SLOWLY = ("iso9283", "compare", "target", "size for a target")
