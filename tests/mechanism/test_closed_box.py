@@ -14,6 +14,7 @@ from scipy.stats import kstest
 import lostmotion
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
+from lostmotion.io.arm_templates import template_text
 from lostmotion.io.native import arm_of
 from lostmotion.mechanism.assembly import assembled, drives_at, pose_ranges
 from lostmotion.mechanism.inverse import tool_and_jacobian
@@ -194,3 +195,14 @@ def test_a_sweep_in_a_box_has_the_errors_of_its_study(tmp_path):
         assert one == pytest.approx(study.figures[key].value, rel=1e-3 if key == "p95" else 1e-9)
     outside = lostmotion.study(EXAMPLES / "five-bar.toml", **given)
     assert abs(outside.figures["mean"].value / study.figures["mean"].value - 1) > 0.01
+
+
+def test_notes_state_that_clearances_open_no_redundant_constraint():
+    """Of a five-bar in space, over-constrained three times; a hexapod has none to open."""
+    of_five_bar, of_hexapod = (
+        " ".join(arm_of("test.toml", tomllib.loads(template_text(name))).remarks)
+        for name in ("five-bar", "hexapod")
+    )
+    assert "over-constrained 3 times. Every constraint is computed as closed" in of_five_bar
+    assert "exactly constrained" in of_hexapod
+    assert "computed as closed" not in of_hexapod
