@@ -103,6 +103,20 @@ def test_rods_that_are_too_short_have_a_remedy_of_the_platform():
     assert problem.example.startswith("start = { xyz = [")
 
 
+def test_a_misspelt_place_of_a_closure_has_the_near_name():
+    """In a closure, and in the `joins` of a leg."""
+    text = template_text("hexapod").replace('joins = "platform.tip"', 'joins = "platfrm.tip"')
+    for tree, near in (
+        (changed(closures=[{"joins": ["e1.tip", "pun.tip"]}]), "pin.tip"),
+        (tomlkit.parse(text).unwrap(), "platform.tip"),
+    ):
+        with pytest.raises(InputError) as refused:
+            arm_of("test.toml", tree)
+        (problem,) = refused.value.problems
+        assert problem.nearest == near
+        assert f'"{near}"]' in problem.example
+
+
 def test_a_drive_too_many_has_a_drive_less_as_its_remedy():
     """A five-bar with a driven elbow closes at no home by lengths and starts: three drives need one
     more freedom than it has.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from lostmotion.errors import InputError, Problem, shown
+from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.mechanism.closed_arrays import ASSEMBLED, SINGULAR
 from lostmotion.mechanism.closed_home import home_of, nearby_rank, rank_of
 from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, size, tool_columns
@@ -50,12 +50,15 @@ _FEWER_DRIVES: Final = (
 
 
 class Mistake(NamedTuple):
-    """A mistake in the closures of an arm: path of its key, and what a message states."""
+    """A mistake in the closures of an arm: path of its key, what a message states, and the name
+    that was probably meant.
+    """
 
     path: tuple[str | int, ...]
     found: str
     expected: str
     example: str
+    near: str = ""
 
 
 def closing_error(joints: Sequence[Joint], closures: Sequence[Closure]) -> Mistake | None:
@@ -66,11 +69,14 @@ def closing_error(joints: Sequence[Joint], closures: Sequence[Closure]) -> Mista
     for k, closure in enumerate(closures):
         strange = [name for name in closure.joins if known.count(name) != 1]
         if strange:
+            near = nearest(strange[0], known)
+            joined = [each for each in closure.joins if each not in strange] or [known[3]]
             return Mistake(
                 ("closures", k, "joins"),
                 shown(strange[0]),
                 "two places: base, or NAME.seat, NAME or NAME.tip of a joint",
-                f'joins = ["{known[-1]}", "{known[3]}"]',
+                f'joins = ["{joined[0]}", "{near or known[-1]}"]',
+                near,
             )
     if closures:
         return None
