@@ -79,6 +79,36 @@ def exported(tmp_path_factory):
     return of
 
 
+@pytest.fixture(scope="module")
+def mirrored(exported):
+    """Return a function that computes once, for a source with loops and an unrolled one, the inputs
+    of an arm and what the Python model returns; in single precision also at inputs that differ in
+    their sixth digit.
+    """
+
+    @functools.lru_cache(maxsize=4)
+    def of(name, count, *, single=False):
+        _, model = exported(name)
+        given = inputs(model, count)
+        if not single:
+            return given, expected(model, given), []
+        given = tuple(each.astype(np.float32).astype(float) for each in given)
+        rng = np.random.default_rng(1)
+        moved = [
+            (
+                *(
+                    each * (1 + 3e-6 * rng.choice([-1.0, 1.0], size=each.shape))
+                    for each in given[:3]
+                ),
+                *given[3:],
+            )
+            for _ in range(6)
+        ]
+        return given, expected(model, given), [expected(model, each) for each in moved]
+
+    return of
+
+
 def built(folder, *more, compiler=COMPILERS[0] if COMPILERS else "", main=DRIVER):
     """Return the path of the program that a compiler makes of an export and a main file."""
     target = (
@@ -186,13 +216,13 @@ WRITTEN = pytest.mark.parametrize("unroll", [False, True], ids=["looped", "unrol
 @MANY
 @WRITTEN
 @pytest.mark.parametrize("name", ARMS)
-def test_c_computes_what_python_computes(exported, name, count, unroll):
+def test_c_computes_what_python_computes(exported, mirrored, name, count, unroll):
     """At many poses with other loads, tilts and last motions every result agrees to 1e-12 of its
     size, with loops and without.
     """
     folder, model = exported(name, unroll=unroll)
-    given = inputs(model, count)
-    found, blocks = computed(built(folder), given, given[0].shape[1]), expected(model, given)
+    given, blocks, _ = mirrored(name, count)
+    found = computed(built(folder), given, given[0].shape[1])
     regular = singular_value(model, given) > 0.1
     screw = np.abs(blocks["screw"]).max(axis=1)
     agreed = found[:, found.shape[1] - 7 - given[0].shape[1]] == blocks["command status"][:, 0]
@@ -242,33 +272,16 @@ def test_c_stands_and_holds_as_the_state_of_the_arm_does(exported, name, unroll)
 @MANY
 @WRITTEN
 @pytest.mark.parametrize("name", ARMS)
-def test_c_in_single_precision(exported, name, count, unroll):
+def test_c_in_single_precision(exported, mirrored, name, count, unroll):
     """At many poses every result agrees to 1e-5 of its size, or to what a change of the inputs in
     their sixth digit would do to it; a command at a regular pose to 2e-5, and 99.9 % of them to
     5e-6; near a singular pose to 3e-4.
     """
     folder, model = exported(name, unroll=unroll)
-    given = tuple(each.astype(np.float32).astype(float) for each in inputs(model, count))
-    found, blocks = (
-        computed(built(folder, "-DLM_FLOAT"), given, given[0].shape[1]),
-        expected(model, given),
-    )
     # A load close to a friction with little scatter, or the small sum of large parts: also in
     # double such results move with the inputs.
-    rng = np.random.default_rng(1)
-    moved = [
-        expected(
-            model,
-            (
-                *(
-                    each * (1 + 3e-6 * rng.choice([-1.0, 1.0], size=each.shape))
-                    for each in given[:3]
-                ),
-                *given[3:],
-            ),
-        )
-        for _ in range(6)
-    ]
+    given, blocks, moved = mirrored(name, count, single=True)
+    found = computed(built(folder, "-DLM_FLOAT"), given, given[0].shape[1])
     regular = corrected_singular_value(model, given) > REGULAR
     at = 0
     for block, values in blocks.items():
