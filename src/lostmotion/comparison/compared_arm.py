@@ -143,8 +143,8 @@ def compared_arm(  # noqa: PLR0913 - a study is these numbers
     sampled = run(
         arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=named
     )
-    sets = np.split(poses.q, poses.replicates)
-    found, squares = sums(arm, sets, tuple(GROUPINGS.values()), approach, many_poses(arm, poses))
+    groupings, many = tuple(GROUPINGS.values()), many_poses(arm, poses)
+    found, squares = sums(arm, poses.q, groupings, approach, poses.replicates, many)
     held = np.max(
         [np.abs(state.torques).max(axis=0) for _, state in states_of(arm, poses.q, _CHUNK)],
         axis=0,

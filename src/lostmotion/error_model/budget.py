@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 import numpy as np
 
 from lostmotion.error_model.few_poses import Squares
-from lostmotion.error_model.pose_matrix import pose_matrices
+from lostmotion.error_model.pose_matrix import pose_matrices, pose_matrix
+from lostmotion.error_model.pose_sets import blocks_of_sets, matrices_of
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import BLOCK
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -262,7 +264,7 @@ def budget(
     Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in
     size.
     """
-    found, squares = sums(arm, np.split(q, replicates), ("part", "cause"), approach, many)
+    found, squares = sums(arm, q, ("part", "cause"), approach, replicates, many)
     parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))
     rms = float(np.sqrt(parts.total / parts.poses))
     return Budget(where, parts.poses, rms, tuple(costs(parts)), tuple(costs(causes)), squares)
@@ -270,21 +272,18 @@ def budget(
 
 def sums(
     arm: Arm,
-    sets: Sequence[Floats],
+    q: Floats,
     groupings: Sequence[By | Callable[[Column], str]],
     approach: float = 0.0,
+    replicates: int = 1,
     many: Poses | None = None,
 ) -> tuple[list[list[Tally]], Squares]:
-    """Return the exact error budget of each independent set of poses (pose, joint) for each
-    grouping, and the mean squares over them and over many poses; arguments and errors as for
-    `budget`.
+    """Return the exact error budget of each independent set of poses for each grouping, and the
+    mean squares over them and over many poses; arguments and errors as for `budget`.
     """
-    found = [_sums(arm, q, groupings, approach) for q in sets]
-    more = [] if many is None else np.split(many.q, many.replicates)
-    squares = Squares.of(
-        [each for _, each in found], [_sums(arm, q, (), approach)[1] for q in more]
-    )
-    return [each for each, _ in found], squares
+    found, squares = _sums(arm, q, groupings, approach, replicates)
+    beside = [] if many is None else _sums(arm, many.q, (), approach, many.replicates)[1]
+    return found, Squares.of(squares, beside)
 
 
 def budget_changes(
@@ -366,19 +365,30 @@ def tallies(
     """Return the exact error budget of an arm at the poses q for each grouping of its terms;
     arguments and errors as for `tally`.
     """
-    return _sums(arm, q, groupings, approach)[0]
+    ((found,), _) = _sums(arm, q, groupings, approach, 1)
+    return found
 
 
 def _sums(
-    arm: Arm, q: Floats, groupings: Sequence[By | Callable[[Column], str]], approach: float
-) -> tuple[list[Tally], Floats]:
-    """Return the budgets of `tallies`, and the mean squares by level at each pose (pose, 3)."""
-    out: list[Tally] = []
-    squares: list[Floats] = []
-    for _, matrix in pose_matrices(arm, q, approach=approach):
-        block = [Tally.of(matrix, by) for by in groupings]
-        out = [whole + part for whole, part in zip(out, block, strict=True)] if out else block
-        squares.append(matrix.merged.level_squares)
-    if not squares:
+    arm: Arm,
+    q: Floats,
+    groupings: Sequence[By | Callable[[Column], str]],
+    approach: float,
+    replicates: int,
+) -> tuple[list[list[Tally]], list[Floats]]:
+    """Return the budgets of `tallies` for each independent set of poses, and the mean squares by
+    level at each of its poses (pose, 3).
+    """
+    if not len(q):
         raise refuse_argument("poses", "none", "at least one pose", at=0)
-    return out, np.concatenate(squares)
+    blocks = blocks_of_sets(len(q), replicates, BLOCK)
+    matrices = matrices_of(blocks, lambda rows: pose_matrix(arm, q[rows], approach=approach))
+    found: list[list[Tally]] = [[] for _ in range(replicates)]
+    squares: list[list[Floats]] = [[] for _ in range(replicates)]
+    for block, matrix in zip(blocks, matrices, strict=True):
+        at = block.start * replicates // len(q)
+        here = [Tally.of(matrix, by) for by in groupings]
+        before = found[at]
+        found[at] = [x + y for x, y in zip(before, here, strict=True)] if before else here
+        squares[at].append(matrix.merged.level_squares)
+    return found, [np.concatenate(each) for each in squares]

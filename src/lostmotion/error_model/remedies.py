@@ -42,6 +42,7 @@ import numpy as np
 
 from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.error_model.pose_sets import TOGETHER
 from lostmotion.error_model.robot_intervals import root_mean_square
 from lostmotion.mechanism.state import blocks_of
 
@@ -176,12 +177,11 @@ def _root_mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Est
     """Return the root mean square (m) over the poses by stage, with its interval."""
     geometry, estimated, stages = geometry_of(arm), estimated_of(arm), stages_of(arm)
     blocks: dict[str, list[Floats]] = {stage: [] for stage in stages}
-    for q in np.split(poses.q, poses.replicates):
-        for _, here in blocks_of(q):
-            for stage, found in blocks.items():
-                matrix = pose_matrix(arm, here, approach=approach_at_stage(stage, approach))
-                left = remaining(matrix.infos, stage, geometry, estimated)
-                found.append(matrix.mean_squares(left))
+    for _, here in blocks_of(poses.q, TOGETHER):
+        for stage, found in blocks.items():
+            matrix = pose_matrix(arm, here, approach=approach_at_stage(stage, approach))
+            left = remaining(matrix.infos, stage, geometry, estimated)
+            found.append(matrix.mean_squares(left))
     at_poses = {stage: np.concatenate(found) for stage, found in blocks.items()}
     return {
         stage: root_mean_square(each.reshape(poses.replicates, -1).mean(axis=1), each)

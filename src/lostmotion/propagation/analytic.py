@@ -5,10 +5,9 @@
 from __future__ import annotations
 
 import functools
-from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
+from collections import Counter, deque
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from threading import Lock
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.calibrated import streams_of
 from lostmotion.error_model.cumulants import cumulants
+from lostmotion.error_model.pose_sets import TOGETHER, blocks_of_sets, matrices_of
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.errors import refuse_argument
@@ -47,7 +47,7 @@ _Found = TypeVar("_Found")
 _LEAST_LEVEL: Final = 0.25
 _MOST_LEVEL: Final = 0.9995
 # Poses per pose matrix, a multiple of TILE.
-BLOCK: Final = 8 * TILE
+BLOCK: Final = TOGETHER // TILE * TILE
 # A figure is valid, and is printed, if its uncertainty is at most this share of it.
 MOST_UNCERTAIN: Final = 0.05
 
@@ -150,7 +150,7 @@ def analytic(
     for one in over_blocks(
         arm,
         q,
-        blocks_between(0, len(q), BLOCK),
+        blocks_of_sets(len(q), 1, BLOCK),
         (stage, approach),
         threads,
         lambda matrix: of_screws(matrix, drawn, wanted),
@@ -356,11 +356,6 @@ class DrawnColumns:
         )
 
 
-def blocks_between(first: int, last: int, most: int) -> list[slice]:
-    """Return the poses from `first` to before `last` in blocks of at most this number."""
-    return [slice(start, min(start + most, last)) for start in range(first, last, most)]
-
-
 def over_blocks(
     arm: Arm,
     q: Floats,
@@ -372,17 +367,19 @@ def over_blocks(
     """Yield the result of `work` for the pose matrix of each block of poses, in order; `of`: stage
     and approach.
     """
-    # Building a pose matrix is many short steps in Python: two threads that do it at once would
-    # slow each other down.
-    building = Lock()
-
-    def one(block: slice) -> _Found:
-        with building:
-            matrix = screws_at_stage(arm, q[block], of[0], approach=of[1])
-        return work(matrix)
-
+    # Building a pose matrix is many short steps in Python, and stays in one thread: two that do it
+    # at once would slow each other down.
+    matrices = matrices_of(
+        blocks, lambda rows: screws_at_stage(arm, q[rows], of[0], approach=of[1])
+    )
     if threads == 1:
-        yield from map(one, blocks)
+        yield from map(work, matrices)
         return
     with ThreadPoolExecutor(threads) as pool:
-        yield from pool.map(one, blocks)
+        waiting: deque[Future[_Found]] = deque()
+        for matrix in matrices:
+            waiting.append(pool.submit(work, matrix))
+            if len(waiting) > threads:
+                yield waiting.popleft().result()
+        for each in waiting:
+            yield each.result()

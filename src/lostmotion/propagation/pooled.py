@@ -14,6 +14,7 @@ import numpy as np
 
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
+from lostmotion.error_model.pose_sets import blocks_of_sets
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.propagation.analytic import (
@@ -21,7 +22,6 @@ from lostmotion.propagation.analytic import (
     MOST_UNCERTAIN,
     Analytic,
     DrawnColumns,
-    blocks_between,
     over_blocks,
 )
 from lostmotion.propagation.error_magnitude import BLOCKS, POINTS, POOLED_POINTS, TILE
@@ -105,11 +105,7 @@ class PooledHistogram:
         """Return blocks of at most this number of poses, each within one of the independent
         sets.
         """
-        return [
-            block
-            for k in range(self._sets)
-            for block in blocks_between(k * self._each, (k + 1) * self._each, most)
-        ]
+        return blocks_of_sets(self._sets * self._each, self._sets, most)
 
     def add(self, block: slice, counts: NDArray[np.int64]) -> None:
         """Add the numbers of magnitudes in each bin (block of points, bin) at the poses of a

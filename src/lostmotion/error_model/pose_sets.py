@@ -1,0 +1,52 @@
+"""Pose matrices of independent sets of poses: small sets share the work of one matrix."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from lostmotion.error_model.pose_matrix import PoseMatrix
+
+# Most of the time of a matrix of fewer poses does not depend on their number. A study without
+# sampling has matrices of as many, so that what follows uses the same ones.
+TOGETHER: Final = 512
+
+
+def blocks_of_sets(count: int, sets: int, most: int) -> list[slice]:
+    """Return blocks of at most `most` of `count` poses, in order, each within one of the
+    independent sets of equal size that the poses consist of. Raises ValueError where the sets would
+    differ in size.
+    """
+    each, left = divmod(count, sets)
+    if left:
+        raise ValueError(f"{count} poses in {sets} sets; expected sets of equal size")
+    return [
+        slice(start, min(start + most, first + each))
+        for first in range(0, count, each or 1)
+        for start in range(first, first + each, most)
+    ]
+
+
+def matrices_of(blocks: Sequence[slice], of: Callable[[slice], PoseMatrix]) -> Iterator[PoseMatrix]:
+    """Yield the pose matrix of each block of poses, which follow one another; `of` returns that of
+    any poses. A pose has the same bits in any of them.
+    """
+    first = 0
+
+    def group(block: slice) -> int:
+        nonlocal first
+        if block.stop - first > TOGETHER:
+            first = block.start
+        return first
+
+    for start, members in itertools.groupby(blocks, group):
+        here = list(members)
+        matrix = of(slice(start, here[-1].stop))
+        if len(here) == 1:
+            yield matrix
+            continue
+        for block in here:
+            yield matrix.stretch(block.start - start, block.stop - start)
