@@ -119,11 +119,10 @@ def test_a_pose_of_a_soft_arm_has_the_same_errors_alone_and_among_others():
     for row in (0, 5, 11):
         alone = screws(state_of(arm, q[[row]]).settled())
         assert (alone.tool[0] == together.tool[row]).all()
-    q = np.random.default_rng(2).uniform(-1.5, 1.5, (300, 4))
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (20, 4))
     frames = state_of(servo_arm(), q).settled().frames
-    for row in (3, 8):
-        alone = state_of(servo_arm(), q[[row]]).settled().frames
-        np.testing.assert_array_equal(alone[:, 0], frames[:, row])
+    alone = state_of(servo_arm(), q[[8]]).settled().frames
+    np.testing.assert_array_equal(alone[:, 0], frames[:, 8])
 
 
 def test_the_tangent_is_the_derivative_of_the_deflections():

