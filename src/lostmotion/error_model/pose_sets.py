@@ -30,9 +30,11 @@ def blocks_of_sets(count: int, sets: int, most: int) -> list[slice]:
     ]
 
 
-def matrices_of(blocks: Sequence[slice], of: Callable[[slice], PoseMatrix]) -> Iterator[PoseMatrix]:
-    """Yield the pose matrix of each block of poses, which follow one another; `of` returns that of
-    any poses. A pose has the same bits in any of them.
+def matrices_of(
+    blocks: Sequence[slice], matrix_at: Callable[[slice], PoseMatrix]
+) -> Iterator[PoseMatrix]:
+    """Yield the pose matrix of each block of poses, which follow one another; `matrix_at` returns
+    that of any poses. A pose has the same bits in any of them.
     """
     first = 0
 
@@ -44,7 +46,7 @@ def matrices_of(blocks: Sequence[slice], of: Callable[[slice], PoseMatrix]) -> I
 
     for start, members in itertools.groupby(blocks, group):
         here = list(members)
-        matrix = of(slice(start, here[-1].stop))
+        matrix = matrix_at(slice(start, here[-1].stop))
         if len(here) == 1:
             yield matrix
             continue
