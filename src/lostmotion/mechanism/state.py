@@ -294,9 +294,13 @@ class State:
 class DesignDeflection:
     """How the parts of an arm deflect in other frames than those of its state."""
 
-    def __init__(self, state: State) -> None:
-        """Take arm, joint values and gravity from a state."""
+    def __init__(self, state: State, terms: Iterable[PlacedTerm] | None = None) -> None:
+        """Take arm, joint values and gravity from a state; `terms` that deflect, by default all
+        design terms.
+        """
         self._state, self.freedoms = state, state.arm.soft_freedoms
+        every = state.arm.terms if terms is None else terms
+        self._terms = [each for each in every if each.term.level == "design"]
 
     def within(self, frames: Floats, rows: NDArray[np.int64]) -> State:
         """Return the state of these poses in other frames."""
@@ -308,9 +312,7 @@ class DesignDeflection:
         """
         smooth, in_play = np.zeros((2, *frames.shape[:2], 6))
         conditions = self.within(frames, rows).conditions()
-        for placed in self._state.arm.terms:
-            if placed.term.level != "design":
-                continue
+        for placed in self._terms:
             form, at = placed.term.form, conditions(placed)
             screw = placed.term.scale * form.screw(at)
             if form.threshold is not None:

@@ -3,16 +3,20 @@ forms.
 """
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 import lostmotion
 from lostmotion.analyses.statics.payload import max_payload
-from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
 from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.tool import Payload
 from lostmotion.reporting.layout import row_at
+from tests.parts.random_arms import EXAMPLES
 
 VALIDATES = (
     (
@@ -179,6 +183,44 @@ def test_the_sag_of_a_soft_arm_is_that_where_it_stands(tmp_path):
     both = max_payload(arm, Poses(command, "given"), None, limit, None).limits[1]
     assert both.values == pytest.approx(expected, rel=0.01)
     assert both.everywhere == pytest.approx(expected.min(), rel=1e-4)
+
+
+def test_the_sag_of_a_soft_arm_is_its_springs_alone(tmp_path):
+    """A play of 2 degrees moves the tool of a lever by 5 mm, and 40 K lengthen it by 0.3 mm: neither
+    is a sag, of a soft arm as of a stiff one.
+    """
+    drive = 'gearbox = {{ ratio = 100, stiffness = "5 N m/rad"{} }}\n'
+    tube = 'mass = "0 kg", section = { kind = "tube", outer = "40 mm", wall = "2 mm" }'
+    lever = LEVER.replace("rigid = true", f'{tube}, material = "aluminium"')
+    warm = '[environment]\ntemperature = "60 °C"\nreference_temperature = "20 °C"\n'
+    plain, other = lever + drive.format(""), lever + drive.format(', backlash = "2 deg"') + warm
+    arms = [arm_of(tmp_path, text) for text in (plain, other)]
+    assert all(arm.soft_freedoms for arm in arms)
+    moved = [np.linalg.norm(screws(state_of(arm, [[0.3]])).bias[0, 3:]) for arm in arms]
+    assert abs(moved[1] - moved[0]) > 1e-4
+    command = np.radians([[0.0], [40.0]])
+    one, two = (
+        max_payload(arm, Poses(command, "given"), None, 0.02, None).limits[1].values for arm in arms
+    )
+    assert one.min() > 0
+    assert two == pytest.approx(one, rel=1e-6)
+
+
+def test_a_soft_closed_chain_sags_to_first_order(tmp_path):
+    """A palletiser on drives that are 3 438 times softer has its largest payload by sag at a sag of
+    the limit, at the worst pose.
+    """
+    text = (EXAMPLES / "closed-chains" / "parallelogram-palletiser.toml").read_text("utf-8")
+    text, changed = re.subn(r'(stiffness = "[0-9.]+) N m/arcmin"', r'\1 N m/rad"', text)
+    arm = arm_of(tmp_path, text)
+    assert changed
+    assert arm.soft_freedoms
+    poses = sample_poses(arm, 64)
+    found = max_payload(arm, poses, None, 1.0, None).limits[1]
+    assert 0 < found.everywhere < 1000
+    payload = Payload(mass=found.everywhere, centre_of_mass=arm.payload.centre_of_mass)
+    sag = np.linalg.norm(state_of(arm.with_payload(payload), poses.q).sag[:, 3:], axis=1)
+    assert sag.max() == pytest.approx(1.0, rel=1e-3)
 
 
 def test_the_accuracy_limit_is_met_with_the_largest_payload_and_not_above(tmp_path):

@@ -21,7 +21,8 @@ import numpy as np
 
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.elastostatics import sagging_terms
-from lostmotion.mechanism.state import state_of, tool_points
+from lostmotion.mechanism.equilibrium import settle
+from lostmotion.mechanism.state import DesignDeflection, state_of, tool_points
 from lostmotion.mechanism.tool import Payload
 from lostmotion.spatial import cross
 
@@ -193,10 +194,11 @@ def _loads_of_drives(arm: Arm, q: Floats, tilt: float | None) -> Callable[[Float
 
 def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     """Return the limit by the displacement of the tool due to its own weight and the payload's, m:
-    of a soft arm where it stands, of a stiff one of first order; without what servos feed forward.
+    of a soft open arm where it stands, of any other of first order; without what servos feed
+    forward.
     """
     bare = arm.with_payload(Payload(centre_of_mass=arm.payload.centre_of_mass))
-    if arm.soft_freedoms:
+    if arm.soft_freedoms and not arm.closures:
         return _by_values("sag", bare, q, limit, functools.partial(_droops, bare))
     if any("weight" in each.term.form.reads for each in sagging_terms(arm)):  # fed forward
         return _by_values("sag", bare, q, limit, functools.partial(_sags, bare))
@@ -226,11 +228,12 @@ def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
 
 
 def _droops(bare: Arm, mass: float, q: Floats) -> Floats:
-    """Return how far the tool of the arm with a payload of this mass stands from its command
-    (pose,), m; infinite where the arm cannot hold it.
+    """Return how far the tool of the arm with a payload of this mass sags (pose,), m, where it
+    stands: by the terms of `State.sag`; infinite where the arm cannot hold it.
     """
-    found = state_of(_with_mass(bare, mass), q).settled()
-    away = found.frames[-1, :, :3, 3] - found.commanded[-1, :, :3, 3]
+    state = state_of(_with_mass(bare, mass), q)
+    found = settle(bare.tree, state.frames, DesignDeflection(state, sagging_terms(state.arm)))
+    away = found.frames[-1, :, :3, 3] - found.command[-1, :, :3, 3]
     return np.asarray(np.nan_to_num(np.linalg.norm(away, axis=1), nan=math.inf))
 
 
