@@ -63,7 +63,8 @@ def errors(
         )
         values[:, here] = found.mean, found.quantiles[:, 0]
         off[:, here] = found.mean_uncertainty, found.quantiles_uncertainty[:, 0]
-        valid[here] = found.valid & trusted(arm, q[here])
+        # an open arm stands at these poses: `analytic` refuses any other
+        valid[here] = found.valid & trusted(arm, q[here]) if arm.closures else found.valid
     return PoseErrors(
         values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid
     )

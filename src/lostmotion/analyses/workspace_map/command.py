@@ -100,7 +100,14 @@ def map(  # noqa: A001 - the name on both sides
         ),
     ] = 0.95,
     poses: Annotated[
-        int, Argument("How many poses to sample, rounded up to 8 x a power of two.", least=1)
+        int,
+        Argument(
+            (
+                "How many poses to sample, rounded up to 8 x a power of two. Most of the time goes "
+                "into the errors in all cells, however many: fewer by `cell` and `per_cell`."
+            ),
+            least=1,
+        ),
     ] = 131_072,
     per_cell: Annotated[
         int,
