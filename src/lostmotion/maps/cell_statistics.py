@@ -12,6 +12,7 @@ import numpy as np
 from lostmotion.error_model.intervals import student
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.trust import trusted
+from lostmotion.mechanism.assembly import may_not_assemble
 from lostmotion.propagation.analytic import analytic
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def errors(
         values[:, here] = found.mean, found.quantiles[:, 0]
         off[:, here] = found.mean_uncertainty, found.quantiles_uncertainty[:, 0]
         # an open arm stands at these poses: `analytic` refuses any other
-        valid[here] = found.valid & trusted(arm, q[here]) if arm.closures else found.valid
+        valid[here] = found.valid & trusted(arm, q[here]) if may_not_assemble(arm) else found.valid
     return PoseErrors(
         values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid
     )

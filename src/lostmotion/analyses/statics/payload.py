@@ -198,7 +198,7 @@ def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     forward.
     """
     bare = arm.with_payload(Payload(centre_of_mass=arm.payload.centre_of_mass))
-    if arm.soft_freedoms and not arm.closures:
+    if arm.soft_freedoms and state_of(bare, q[:1]).closed is None:
         return _by_values("sag", bare, q, limit, functools.partial(_droops, bare))
     if any("weight" in each.term.form.reads for each in sagging_terms(arm)):  # fed forward
         return _by_values("sag", bare, q, limit, functools.partial(_sags, bare))
