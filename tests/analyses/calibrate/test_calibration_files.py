@@ -226,6 +226,27 @@ def test_equal_readings_of_a_gauge_are_repeats_where_others_differ(tmp_path):
     assert (len(read), read.duplicates) == (7, 1)  # another axis is another reading
 
 
+def test_logged_joint_values_of_one_pose_jitter(tmp_path):
+    """Visits within 0.1 mrad of one another are of one pose, at their mean; poses farther apart are
+    not, nor is a path in small steps.
+    """
+    arm = lostmotion.read(ARM)
+    joints, points = twenty()
+    chance = np.random.default_rng(1)
+    logged = np.repeat(joints, 4, axis=0)
+    logged += np.degrees(chance.uniform(-4e-5, 4e-5, logged.shape))
+    there = np.repeat(points, 4, axis=0) + chance.normal(0, 0.01, (80, 3))
+    order = chance.permutation(80)
+    read = read_calibration_visits(written(tmp_path / "log.csv", logged[order], there[order]), arm)
+    means = np.radians(logged.reshape(20, 4, 6).mean(axis=1))[order // 4]
+    np.testing.assert_allclose(read.q, means, atol=1e-12)
+    assert len(np.unique(read.q, axis=0)) == 20
+    for step in (1.2e-4, 0.9e-4):
+        path = joints[:1] + np.degrees(step) * np.arange(20)[:, None]
+        read = read_calibration_visits(written(tmp_path / "path.csv", path, points), arm)
+        np.testing.assert_allclose(read.q, np.radians(path), atol=1e-12)
+
+
 def test_equal_points_at_other_times_are_repeats(tmp_path):
     """Rows are copies where time, payload and side of approach are equal too."""
     arm = lostmotion.read(ARM)

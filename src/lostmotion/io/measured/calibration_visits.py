@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.calibration.instruments import MeasuredVisits, Readings
+from lostmotion.calibration.repeats import common_poses
 from lostmotion.errors import Problem
 from lostmotion.io.limits import refuse_all
 from lostmotion.io.measured.calibration_checks import (
@@ -145,7 +146,7 @@ def read_calibration_visits(
         digest.update(Path(each).read_bytes())
     joined = replace(
         found[0],
-        q=np.concatenate([each.q for each in found]),
+        q=common_poses(np.concatenate([each.q for each in found])),
         point=_joined([each.point for each in found]),
         difference=_joined([each.difference for each in found]),
         rotation=_joined([each.rotation for each in found]),
