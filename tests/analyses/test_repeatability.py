@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import io
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -411,6 +412,21 @@ def test_the_old_target_on_repeatability_asks_which_one_is_meant():
         new.current.low,
         new.approach,
     )
+
+
+def test_a_target_on_rp_is_not_met_by_what_is_not_described():
+    """Where no described error differs between visits a repeatability is unknown, and a target on
+    it is refused; backlash that no load closes scatters if the side is drawn, and only then.
+    """
+    words = {"poses": 16, "robots": 20, "visits": 3}
+    with pytest.raises(lostmotion.InputError, match="no described error differs between visits"):
+        lostmotion.target(EXAMPLES / "planar-2r.toml", rp_any="1 mm", **words)
+    text = (EXAMPLES / "planar-2r.toml").read_text("utf-8")
+    upright = text.replace('"-y"', '"z"').replace('"0 arcmin", h', '"1 arcmin", h')
+    loose = lostmotion.read(tomllib.loads(upright))
+    assert lostmotion.target(loose, rp_any="1 mm", **words).current.value > 0
+    with pytest.raises(lostmotion.InputError, match="no described error differs between visits"):
+        lostmotion.target(loose, rp_iso="1 mm", **words)
 
 
 @pytest.mark.parametrize(("of", "approach"), [("rp_iso", 1.0), ("rp_any", 0.0)])

@@ -17,6 +17,7 @@ import numpy as np
 
 from lostmotion.analyses.sizing.sizing import SizedArmResult
 from lostmotion.error_model.arrival import rp_key
+from lostmotion.error_model.visit_scatter import refuse_without_scatter
 from lostmotion.io.arm_writer import NewParts
 from lostmotion.mechanism.standing import refuse_any_fall
 from lostmotion.propagation.error_samples import Drawn
@@ -197,8 +198,8 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     visits meets the target (m).
 
     `search_poses` are those of the search. Where no selection meets the target, the most accurate
-    one is returned (`Selection.meets_target`). Raises InputError, with the joint, where the
-    selection falls at a pose.
+    one is returned (`Selection.meets_target`). Raises InputError where the selection falls at a
+    pose, with the joint, or has no RP.
     """
     size, constraints = replace(study_size or StudySize(), of=of), constraints or Constraints()
     stages = _MOST_STUDIES + len(SCALES) + 3
@@ -212,6 +213,8 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     evaluator = search.evaluator
     choice, proven, inner, tried = search.solve(target, pairs=False), False, target, list[float]()
     refuse_any_fall(evaluator.arm_with(choice), poses.q)  # before any study
+    if of != "error":
+        refuse_without_scatter(evaluator.arm_with(choice), poses.q, approach_for(of))
     best: tuple[Choice, bool, Estimate] | None = None
     for turn in range(1, _MOST_STUDIES):
         error = _studied(evaluator.arm_with(choice), poses, size)
@@ -328,9 +331,7 @@ def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
 
 
 def _few_visits(size: StudySize) -> int:
-    """Return the number of visits of a smaller study; RP of fewer visits would be another
-    figure.
-    """
+    """Return the visits of a smaller study; RP of fewer ones would be another figure."""
     return min(size.visits, _VISITS) if size.of == "error" else size.visits
 
 
@@ -349,9 +350,7 @@ def _trade_off(
     size: StudySize,
     report: Callable[[], None],
 ) -> tuple[TargetPoint, ...]:
-    """Return the selections for other targets, each searched from the one for the neighbouring
-    target and from the cheapest.
-    """
+    """Return the selections for other targets, searched from the neighbour's and the cheapest."""
     points: dict[float, Choice] = {1.0: choice}
     for scales in (
         [scale for scale in SCALES if scale > 1],

@@ -20,6 +20,7 @@ from lostmotion.error_model.allocation import (
 from lostmotion.error_model.items import Item, shared_items
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.provenance import States, states
+from lostmotion.error_model.visit_scatter import refuse_without_scatter
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation.montecarlo.blocks import BlockPlan
 from lostmotion.propagation.production_yield import (
@@ -116,7 +117,7 @@ def targets(  # noqa: PLR0913 - arguments of a target
     zone     name of the poses' part of the workspace; empty for all of it
 
     First order in the errors, at constant loads and masses. Raises InputError for numbers out of
-    range.
+    range, and for a repeatability of an arm without any error that differs between visits.
     """
     if not 1 <= len(poses) <= MOST_POSES:
         raise refuse_argument("poses", len(poses), f"from 1 to {MOST_POSES}", poses=1024)
@@ -124,6 +125,8 @@ def targets(  # noqa: PLR0913 - arguments of a target
         raise refuse_argument("robots", robots, f"from 20 to {MOST_ROBOTS}", robots=1000)
     if visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise refuse_argument("visits", visits, "at least 2", visits=30)
+    if kind == "repeatability":
+        refuse_without_scatter(arm, poses.q, approach)
     plan = BlockPlan.of(arm, poses, robots, visits, seed, approach)
     matrix = pose_matrix(arm, poses.q, approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
