@@ -278,7 +278,10 @@ def _tractions(
             max(abs(min(here, there) - at[k][low]), abs(max(here, there) - at[k][low + 1]))
             > _OFF * step
         ):
-            raise DidNotConvergeError(f"the mesh divides contact {k} otherwise than its pressure")
+            raise DidNotConvergeError(
+                f"no mesh fits the pressed width of contact {k}: "
+                "a smaller torque, or another refinement of the mesh"
+            )
         hit.add((k, low))
         number = ng.ElementId(ng.BND, element.nr)
         unknowns, shape = np.array(scalar.GetDofNrs(number)), scalar.GetFE(number)
