@@ -734,6 +734,8 @@ def test_a_drawing_without_tolerances_claims_no_perfect_play():
     assert "no relief, clearance or tolerance is described" in bare.sheet.verdict
     assert cards(bare)["play"] == "≥ 0 arcmin"
     assert cards(bare)["lost motion"].startswith("≥ 0.")
+    for row in ("displacement at 100 N m", "lost motion"):
+        assert all(str(figure(bare, "bands", row, k)).startswith("≥ ") for k in range(3))
     for stated in ({"relief": {"roller": "4 µm"}}, {"flank_form": "2 µm"}):
         part = CycloidalGearbox.model_validate({**plain, **stated}, context={"text": True})
         found = replace(gear(part, 100.0, gearboxes=24), name="stated")

@@ -21,6 +21,7 @@ from lostmotion.analyses.gearbox.page.drawn import (
 )
 from lostmotion.analyses.gearbox.page.fem import fem_cards, fem_plots, fem_sections, fem_sentences
 from lostmotion.analyses.gearbox.page.loop import (
+    Shown,
     bands_facts,
     bands_sections,
     first_sentence,
@@ -117,7 +118,7 @@ def _loop(gear: Gear, units: Units) -> tuple[Section, ...]:
     if gear.read is None:
         return ()
     loop = () if gear.loop is None else (loop_section(gear.loop, gear.read, gear, units),)
-    return (*loop, *bands_sections(gear.bands, gear.read, units))
+    return (*loop, *bands_sections(gear.bands, gear.read, Shown(gear, units)))
 
 
 def _of_figures(gear: Gear, gearbox: StatedGearbox) -> Sheet:

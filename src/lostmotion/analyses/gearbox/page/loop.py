@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeGuard
 
 import numpy as np
@@ -237,7 +238,7 @@ class Shown:
 
 
 def bands_sections(
-    bands: GearBands | None, read: CurveReadings, units: Units
+    bands: GearBands | None, read: CurveReadings, show: Shown
 ) -> tuple[Section, ...]:
     """Return the table of the bands, and that of the ranges behind them; none without ranges."""
     if bands is None:
@@ -245,7 +246,7 @@ def bands_sections(
     drawn = f"{len(bands.shares)} draws of {several(len(bands.unknown), 'range')}"
     whole = sum(bands.middle.values())
     rows = [
-        *_band_rows(bands, read, units),
+        *_band_rows(bands, read, show),
         *(
             (f"share of {name}", *_figures(bands.middle.get(name, 0.0) / whole, "%", share))
             for name, share in bands.member_shares.items()
@@ -279,25 +280,38 @@ def bands_sections(
 
 
 def _band_rows(
-    bands: GearBands, read: CurveReadings, units: Units
+    bands: GearBands, read: CurveReadings, show: Shown
 ) -> Iterator[tuple[str, Cell, Cell, Cell, str]]:
-    torque = f"{stated_text(read.asked.torque)} {units.torque}"
-    angle, stiff = units.angle, units.stiffness
-    for label, name, unit, note in (
-        ("stiffness, slope", "slope", stiff, ""),
-        ("stiffness, secant", "secant", stiff, f"from the middle of the play to {torque}"),
-        (f"wind-up at {torque}", "wind_up", angle, "beyond the play"),
-        (f"displacement at {torque}", "displacement", angle, "from the middle of the play"),
-        ("lost motion", "lost_motion", angle, ""),
+    torque = f"{stated_text(read.asked.torque)} {show.units.torque}"
+    of_play = partial(show.angle, rests_on=OF_PLAY + OF_STIFFNESS)
+    for label, name, figure, note in (
+        ("stiffness, slope", "slope", show.stiffness, ""),
+        (
+            "stiffness, secant",
+            "secant",
+            show.stiffness,
+            f"from the middle of the play to {torque}",
+        ),
+        (
+            f"wind-up at {torque}",
+            "wind_up",
+            partial(show.angle, rests_on=OF_STIFFNESS),
+            "beyond the play",
+        ),
+        (f"displacement at {torque}", "displacement", of_play, "from the middle of the play"),
+        ("lost motion", "lost_motion", of_play, ""),
     ):
         middle, values = getattr(read, name), getattr(bands.read, name)
         if is_known(middle) and is_known(values):
-            yield label, *_figures(float(middle.mean()), unit, values), note
+            mean = figure(middle)
+            yield label, *_figures(mean.value, mean.shown, values, mean.bound), note
 
 
-def _figures(middle: float, unit: str, values: Floats) -> tuple[Cell, Cell, Cell]:
-    low, high = band(values)
-    return Cell(low, unit), Cell(middle, unit), Cell(high, unit)
+def _figures(
+    middle: float, unit: str, values: Floats, bound: Bound = ""
+) -> tuple[Cell, Cell, Cell]:
+    low, high = (Cell(end, unit, bound=bound) for end in band(values))
+    return low, Cell(middle, unit, bound=bound), high
 
 
 def stiffness_band(
