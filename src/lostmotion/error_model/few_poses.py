@@ -36,8 +36,8 @@ ERROR: Final = (1.0, 1.0, 1.0)
 RP: Final = (0.0, 0.0, 1.0)
 
 
-@dataclass(frozen=True)
-class Squares:
+@dataclass(frozen=True, eq=False)
+class Squares:  # noqa: PLW1641 - arrays have no hash
     """Exact mean squares by design, by robot and by visit, m^2.
 
     visited   (set, 3) over each independent set of poses
@@ -49,6 +49,17 @@ class Squares:
     visited: Floats
     many: Floats
     at_poses: Floats | None = None
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether all numbers are equal, as budgets are compared."""
+        return isinstance(other, Squares) and all(
+            np.array_equal(one, another)
+            for one, another in (
+                (self.visited, other.visited),
+                (self.many, other.many),
+                (np.asarray(self.at_poses), np.asarray(other.at_poses)),
+            )
+        )
 
     @classmethod
     def of(cls, visited: Sequence[Floats], many: Sequence[Floats] = ()) -> Self:
