@@ -241,7 +241,8 @@ def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tal
     `approach` as in `screws`. Raises InputError for no poses or any other grouping, and ValueError
     as `screws` does.
     """
-    return tallies(arm, q, (by,), approach)[0]
+    (((found,),), _) = _sums(arm, q, (by,), approach, 1)
+    return found
 
 
 def budget(
@@ -359,16 +360,6 @@ def _add_correlated_changes(
             changes[label(info)] = changes.get(label(info), 0.0) + change / poses
 
 
-def tallies(
-    arm: Arm, q: Floats, groupings: Sequence[By | Callable[[Column], str]], approach: float = 0.0
-) -> list[Tally]:
-    """Return the exact error budget of an arm at the poses q for each grouping of its terms;
-    arguments and errors as for `tally`.
-    """
-    ((found,), _) = _sums(arm, q, groupings, approach, 1)
-    return found
-
-
 def _sums(
     arm: Arm,
     q: Floats,
@@ -376,8 +367,8 @@ def _sums(
     approach: float,
     replicates: int,
 ) -> tuple[list[list[Tally]], list[Floats]]:
-    """Return the budgets of `tallies` for each independent set of poses, and the mean squares by
-    level at each of its poses (pose, 3).
+    """Return the budgets of each independent set of poses, for each grouping, and the mean squares
+    by level at each of its poses (pose, 3).
     """
     if not len(q):
         raise refuse_argument("poses", "none", "at least one pose", at=0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -36,16 +35,12 @@ def matrices_of(
     """Yield the pose matrix of each block of poses, which follow one another; `matrix_at` returns
     that of any poses. A pose has the same bits in any of them.
     """
-    first = 0
-
-    def group(block: slice) -> int:
-        nonlocal first
-        if block.stop - first > TOGETHER:
-            first = block.start
-        return first
-
-    for start, members in itertools.groupby(blocks, group):
-        here = list(members)
+    done = 0
+    while done < len(blocks):
+        start, end = blocks[done].start, done + 1
+        while end < len(blocks) and blocks[end].stop - start <= TOGETHER:
+            end += 1
+        here, done = blocks[done:end], end
         matrix = matrix_at(slice(start, here[-1].stop))
         if len(here) == 1:
             yield matrix

@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lostmotion.error_model.budget import NOTHING
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.errors import InputError, Problem
@@ -22,10 +20,8 @@ def refuse_without_scatter(arm: Arm, q: Floats, approach: float) -> None:
     poses (pose, joint), with what to describe. `approach` as for `screws`: a backlash that no load
     closes scatters only where the side is drawn.
     """
-    matrix = pose_matrix(arm, q, approach=approach)
-    shift = matrix.tool[:, 3:]
-    of_visits = shift[:, :, matrix.columns("visit", "robot x visit")]
-    if np.square(of_visits).sum() > NOTHING**2 * np.square(shift).sum():
+    squares = pose_matrix(arm, q, approach=approach).merged.level_squares.sum(axis=0)
+    if squares[2] > NOTHING**2 * squares.sum():
         return
     joint = arm.driven[0]
     noise = "1 µm" if joint.type == "prismatic" else "2 arcsec"

@@ -47,7 +47,7 @@ _Found = TypeVar("_Found")
 _LEAST_LEVEL: Final = 0.25
 _MOST_LEVEL: Final = 0.9995
 # Poses per pose matrix, a multiple of TILE.
-BLOCK: Final = TOGETHER // TILE * TILE
+BLOCK: Final = TOGETHER
 # A figure is valid, and is printed, if its uncertainty is at most this share of it.
 MOST_UNCERTAIN: Final = 0.05
 

@@ -17,7 +17,7 @@ from lostmotion.sizing.lightest import with_section
 from lostmotion.sizing.size_steps import EXACT, SizeSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.family import Family
@@ -201,11 +201,12 @@ def link_slot(
     )
 
 
-def for_copies(slots: Iterable[Slot], arm: Arm) -> tuple[Slot, ...]:
+def for_copies(slots: Sequence[Slot], arm: Arm) -> tuple[Slot, ...]:
     """Return the slots with one for all copies of a leg that are offered the same parts."""
     out: list[Slot] = []
+    copies_by_kind = {kind: leg_copies(arm, kind) for kind in {slot.kind for slot in slots}}
     for slot in slots:
-        copies = leg_copies(arm, slot.kind)[slot.joint]
+        copies = copies_by_kind[slot.kind][slot.joint]
         for k, first in enumerate(out):
             if first.joint in copies and _offered(first) == _offered(slot):
                 out[k] = replace(first, copies=(*first.copies, slot.joint))

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from lostmotion.error_model.overload import rated_torques
+from lostmotion.mechanism.assembly import may_not_assemble
 from lostmotion.mechanism.elastostatics import sagging_terms
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.state import DesignDeflection, state_of, tool_points
@@ -198,7 +199,7 @@ def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     forward.
     """
     bare = arm.with_payload(Payload(centre_of_mass=arm.payload.centre_of_mass))
-    if arm.soft_freedoms and state_of(bare, q[:1]).closed is None:
+    if arm.soft_freedoms and not may_not_assemble(arm):
         return _by_values("sag", bare, q, limit, functools.partial(_droops, bare))
     if any("weight" in each.term.form.reads for each in sagging_terms(arm)):  # fed forward
         return _by_values("sag", bare, q, limit, functools.partial(_sags, bare))
