@@ -340,7 +340,7 @@ def test_the_interval_of_a_paired_drop_covers():
                 np.array(
                     [
                         factor if info.owner == "joints.A.gearbox" else 1.0
-                        for info in paired.matrices[0].infos
+                        for info in paired.matrix.infos
                     ]
                 )
             )

@@ -11,10 +11,10 @@ import numpy as np
 
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
-from lostmotion.error_model.pose_sets import blocks_of_sets, matrices_of
+from lostmotion.error_model.pose_sets import blocks_of_sets
 from lostmotion.error_model.poses import Poses
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_blocks
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -41,12 +41,15 @@ class Sample:
 
 @dataclass(frozen=True)
 class Paired:
-    """A smaller study that can be run repeatedly with its errors scaled; it has one pose matrix per
-    independent set of poses.
+    """A smaller study that can be run repeatedly with its errors scaled.
+
+    matrix  pose matrix of all its poses
+    spans   first and last (exclusive) pose of each independent set
     """
 
     plan: BlockPlan
-    matrices: tuple[PoseMatrix, ...]
+    matrix: PoseMatrix
+    spans: list[tuple[int, int]]
 
     @classmethod
     def of(
@@ -57,10 +60,11 @@ class Paired:
         """
         plan = BlockPlan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
         blocks = blocks_of_sets(len(poses), poses.replicates, len(poses))
-        matrices = matrices_of(
-            blocks, lambda rows: pose_matrix(arm, poses.q[rows], approach=approach)
+        return cls(
+            plan,
+            pose_matrix(arm, poses.q, approach=approach),
+            [(block.start, block.stop) for block in blocks],
         )
-        return cls(plan, tuple(matrices))
 
     @property
     def samples(self) -> int:
@@ -73,15 +77,14 @@ class Paired:
         """
         groups, sets = (
             np.zeros((count, error_bins.BINS), np.int64)
-            for count in (self.plan.groups, len(self.matrices))
+            for count in (self.plan.groups, len(self.spans))
         )
-        means, largest, first = [], 0.0, 0
-        for of_set, matrix in zip(sets, self.matrices, strict=True):
-            block = sample_block(self.plan, matrix.scaled(factors), first)
-            first += len(matrix.tool)
-            means.append(block.robot_sums / len(matrix.tool))
-            groups[:, block.bins] += block.group_hist
+        means, largest = [], 0.0
+        blocks = sample_blocks(self.plan, self.matrix.scaled(factors), self.spans)
+        for of_set, (first, last), block in zip(sets, self.spans, blocks, strict=True):
+            means.append(block.robot_sums / (last - first))
             of_set[block.bins] = block.hist
+            groups[:, block.bins] = block.group_hist
             largest = max(largest, float(block.per_pose[:, kernel.LARGEST].max()))
         return Sample(np.array(means), groups, sets, largest)
 

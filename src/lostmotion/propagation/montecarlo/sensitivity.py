@@ -50,12 +50,13 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     Other arguments and errors as for `montecarlo.run`; InputError for any other `by`.
     """
     paired = Paired.of(arm, thinned(poses, _POSES), min(robots, most), visits, seed, approach)
-    infos = paired.matrices[0].infos
+    infos = paired.matrix.infos
     before = paired.run(np.ones(len(infos)))
     groupings: tuple[By, ...] = (by, "cause")
     labels = tuple(label_of(each) for each in groupings)
     unmoving = tuple(
-        {cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings
+        {cost.part for cost in costs(Tally.of(paired.matrix, each)) if cost.alone == 0}
+        for each in groupings
     )
     wanted = [
         (k, name) for k, label in enumerate(labels) for name in dict.fromkeys(map(label, infos))
@@ -88,8 +89,3 @@ def halving_at(
     return halving(
         arm, poses, robots, _VISITS, seed, most=robots, approach=approach, threads=threads
     )
-
-
-def _tally(paired: Paired, by: By) -> Tally:
-    first, *others = (Tally.of(matrix, by) for matrix in paired.matrices)
-    return sum(others, first)

@@ -86,7 +86,7 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
 
     def sample_at(name: str) -> Sample:
         paired = arriving[approach_at_stage(name, approach)]
-        return paired.run(remaining(paired.matrices[0].infos, name, geometry, estimated))
+        return paired.run(remaining(paired.matrix.infos, name, geometry, estimated))
 
     samples: list[Sample] = []
     with ThreadPoolExecutor(threads) as pool:
