@@ -10,6 +10,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm, Study, study
+from lostmotion.parts.gearbox.cycloidal import model
 from tests.arms import arm_of
 
 
@@ -23,3 +24,16 @@ def arm() -> Arm:
 def z_arm_study() -> Study:
     """Return the study of the Z-arm by both methods, of which nothing is changed."""
     return study(Path(__file__).parents[1] / "examples" / "z-arm.toml", 64, 60, 3, method="both")
+
+
+@pytest.fixture(scope="module")
+def few_gearboxes():
+    """Compute tables of cycloidal gearboxes from 64 of them and spectra from 4, in place of 256 and
+    48: for files of tests that compare no statistics of the tables.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(model, "GEARBOXES", 64)
+        patch.setattr(model, "_HARMONIC_GEARBOXES", 4)
+        model._behaviour.cache_clear()
+        yield
+    model._behaviour.cache_clear()

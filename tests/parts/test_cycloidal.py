@@ -17,10 +17,10 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.parts.error_source import Friction
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, model, samples
 from lostmotion.parts.gearbox.cycloidal.model import LEVELS, LOST_MOTION, Behaviour, wind_up
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
-from lostmotion.parts.gearbox.cycloidal.samples import GEARBOXES, SEED, gearboxes
+from lostmotion.parts.gearbox.cycloidal.samples import SEED, gearboxes
 from lostmotion.parts.gearbox.cycloidal.states import bounds, unknowns
 from lostmotion.parts.joint import RevoluteJoint
 from tests.parts.conditions import ARCMIN, condition, terms_at
@@ -34,6 +34,7 @@ VALIDATES = (
     ),
 )
 
+pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[2] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")
 
@@ -562,7 +563,7 @@ def test_lost_motion_is_what_a_test_bench_would_read(relief, jams):
     small = LOST_MOTION * 400
     crank = 2 * math.pi * np.arange(4) / 4
     made = simulate(
-        gearbox.drive, gearbox.scatter, np.array([-small, small]), crank, GEARBOXES, SEED
+        gearbox.drive, gearbox.scatter, np.array([-small, small]), crank, model.GEARBOXES, SEED
     )
     read = (made.rotation[1] - made.rotation[0]).mean(axis=0) + 2 * small / gearbox.frame
     # which torques are solved besides shifts a little how two discs share them, most where they
