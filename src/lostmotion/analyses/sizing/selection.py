@@ -324,6 +324,7 @@ def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
         size.seed,
         approach=approach,
         threads=size.threads,
+        compared=0,
     )
     errors = Drawn.of(sampled, approach=approach)
     key = HEADLINE if size.of == "error" else f"{rp_key(approach)}_p95"

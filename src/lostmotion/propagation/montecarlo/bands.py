@@ -94,7 +94,9 @@ def bands(  # noqa: PLR0913 - a study is these numbers
 
     def figures(each: Arm) -> dict[str, float]:
         """Return the figures that are asked for first, m."""
-        sampled = run(each, chosen, robots, visits, seed, approach=approach, threads=threads)
+        sampled = run(
+            each, chosen, robots, visits, seed, approach=approach, threads=threads, compared=0
+        )
         errors = Drawn.of(sampled, approach=approach)
         return {
             key: figure.estimate(errors).value

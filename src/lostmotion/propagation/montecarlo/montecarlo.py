@@ -131,6 +131,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     tile: int = 1,
     device: Device = "cpu",
+    compared: int = _CHECKED_POSES,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sampled:
     """Return the errors of these robots at these poses.
@@ -142,6 +143,8 @@ def run(  # noqa: PLR0913 - a study is these numbers
                     changes a bit of the result
     device          "gpu" computes the errors with JAX on its graphics processor: the same figures
                     except for rounding
+    compared        number of poses at which first order is compared with exact composition; 0 where
+                    that is not asked for
     progress        called with the name of the step, the number of poses done, and the number of
                     all poses
 
@@ -156,7 +159,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
     out = _empty(plan)
     total: Tally | None = None
     checks = []
-    for batch in _batches(plan, threads, tile):
+    for batch in _batches(plan, threads, tile, compared):
         rows = slice(batch.blocks[0].first, batch.blocks[-1].last)
         for name in ("worst", "rss", "bias", "rotation_ms"):
             out[name][rows] = getattr(batch, name)
@@ -206,17 +209,17 @@ def _empty(plan: BlockPlan) -> dict[str, np.ndarray]:
     }
 
 
-def _batches(plan: BlockPlan, threads: int, tile: int) -> Iterator[_Batch]:
+def _batches(plan: BlockPlan, threads: int, tile: int, compared: int) -> Iterator[_Batch]:
     """Yield the batches in order, computed on these threads; only a bounded number is in memory."""
     batches = _grouped(plan, _spans(plan))
     if threads == 1:
-        yield from (_batch(plan, spans) for spans in batches)
+        yield from (_batch(plan, spans, compared) for spans in batches)
         return
     with ThreadPoolExecutor(threads) as pool:
         waiting: deque[Future[list[_Batch]]] = deque()
         for of_tile in (batches[k : k + tile] for k in range(0, len(batches), tile)):
             waiting.append(
-                pool.submit(lambda some: [_batch(plan, spans) for spans in some], of_tile)
+                pool.submit(lambda some: [_batch(plan, spans, compared) for spans in some], of_tile)
             )
             if len(waiting) > 2 * threads:
                 yield from waiting.popleft().result()
@@ -250,10 +253,10 @@ def _grouped(plan: BlockPlan, spans: list[tuple[int, int]]) -> list[list[tuple[i
     return out
 
 
-def _batch(plan: BlockPlan, spans: list[tuple[int, int]]) -> _Batch:
+def _batch(plan: BlockPlan, spans: list[tuple[int, int]], compared: int) -> _Batch:
     first, last = spans[0][0], spans[-1][1]
     matrix = pose_matrix(plan.arm, plan.poses.q[first:last], approach=plan.approach)
-    checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
+    checked = np.unique(np.linspace(0, len(plan.poses) - 1, compared).astype(int))
     rows = checked[(checked >= first) & (checked < last)] - first
     blocks = []
     for span, sample in zip(spans, sample_blocks(plan, matrix, spans), strict=True):

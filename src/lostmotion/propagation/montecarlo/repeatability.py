@@ -101,6 +101,7 @@ def both_repeatabilities(  # noqa: PLR0913 - a study is these numbers
         seed,
         approach=other,
         threads=threads,
+        compared=0,
     )
     budget_of_other = budget(
         arm,
