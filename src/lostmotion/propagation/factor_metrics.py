@@ -138,12 +138,12 @@ class ErrorMetric:
         factors.
         """
         matrix = self.matrix
-        out = np.zeros((len(matrix.tool), self.repeats, 3))
+        out = np.zeros((3, len(matrix.tool), self.repeats))
         for column, factor in factors.items():
             shift = matrix.tool[:, 3:, column] * factor
             if shift.any():
                 info = matrix.infos[column]
-                size = np.ones((len(matrix.tool), self.repeats))
+                size = np.ones((1, 1))
                 for level, stream in (("robot", info.robot), ("visit", info.visit)):
                     if stream is not None:
                         size = size * self._drawn(level, stream)
@@ -153,8 +153,8 @@ class ErrorMetric:
                         matrix.closed[info.closing.row, :, None],
                     )
                 for axis in range(3):
-                    out[..., axis] += size * shift[:, axis, None]
-        return out
+                    out[axis] += size * shift[:, axis, None]
+        return out.transpose(1, 2, 0)
 
     def _drawn(self, level: str, stream: Stream) -> Floats:
         """Return the draws of a stream (pose, repeat)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -273,6 +274,7 @@ class Solver:
                 (factors * math.sqrt(part), np.zeros(len(most), bool)) if within is None else within
             )
 
+        @functools.cache  # at both ends it is asked for thrice
         def excess(log_part: float) -> float:
             return (
                 self.metric.value(self._of_terms(allotted(math.exp(log_part))[0])).value
