@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from lostmotion.error_model.closing import Closing
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.calibration import Correlations
     from lostmotion.spatial import Floats
@@ -92,18 +93,22 @@ def draws_of(
     count = int(robots.max()) + 1
     correlated = _first_correlated(seed, matrix.correlations, count)
     visiting = [(k, info.visit) for k, info in enumerate(matrix.infos) if info.visit is not None]
-    out[[k for k, _ in visiting]] = visit_draws(
-        seed, [stream for _, stream in visiting], pose, robots, visits
-    )
+    # columns share streams and closings: each is drawn once
+    streams = {stream: at for at, stream in enumerate(dict.fromkeys(each for _, each in visiting))}
+    drawn = visit_draws(seed, list(streams), pose, robots, visits)
+    out[[k for k, _ in visiting]] = drawn[[streams[stream] for _, stream in visiting]]
+    closed: dict[Closing, Floats] = {}
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
             own = correlated.get(info.robot.name)
             out[k] *= (_first_robots(seed, info.robot, count) if own is None else own)[robots]
         if info.closing is not None:
-            out[k] *= standardised(
-                _first_robots(seed, info.closing.stream, count)[robots],
-                matrix.closed[info.closing.row, row],
-            )
+            if info.closing not in closed:
+                closed[info.closing] = standardised(
+                    _first_robots(seed, info.closing.stream, count)[robots],
+                    matrix.closed[info.closing.row, row],
+                )
+            out[k] *= closed[info.closing]
     return out
 
 
