@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 
 import pytest
@@ -21,7 +22,7 @@ ONE_DIGIT = r"0*\.?0*[1-9]0*"
 
 TABLES = ("map", "rp100", "target")
 ASKED = {
-    "map": lambda path: lostmotion.map(path, poses=256),
+    "map": lambda path: lostmotion.map(path, poses=256, cell="100 mm", per_cell=2),
     "iso9283": lambda path: lostmotion.iso9283(path, robots=100),
     "target": lambda path: lostmotion.target(path, error="5 mm", poses=64, robots=32, visits=3),
 }
@@ -35,12 +36,20 @@ def arm(tmp_path):
     return path
 
 
+@pytest.fixture(scope="module")
+def sheet_of(tmp_path_factory):
+    """Return the sheet of a question about the arm of presets, each asked once."""
+    path = tmp_path_factory.mktemp("asked") / "arm.toml"
+    path.write_text(ARM, "utf-8")
+    return functools.cache(lambda question: ASKED[question](path).sheet)
+
+
 @pytest.mark.parametrize("question", ASKED)
-def test_headline_and_cards_have_one_digit(arm, question):
+def test_headline_and_cards_have_one_digit(sheet_of, question):
     """No length of an error has more, no interval stands beside it, and the headline states that
     every drive is assumed; nor has any length in the tables of the errors.
     """
-    sheet = ASKED[question](arm).sheet
+    sheet = sheet_of(question)
     assert "Every drive is assumed (hobby servo)" in sheet.verdict
     errors = [card.number for card in sheet.cards if card.limited_as or card.title == "as stated"]
     texts = [sheet.verdict, *errors, *(card.number for card in sheet.cards if "RP" in card.title)]
@@ -91,9 +100,9 @@ def test_a_comparison_of_assumed_arms_has_one_digit(arm, tmp_path):
     assert [each for each in texts if not re.fullmatch(rf"({ONE_DIGIT}|0) \S+", each)] == []
 
 
-def test_allowed_sizes_of_an_assumed_arm_have_one_digit(arm):
+def test_allowed_sizes_of_an_assumed_arm_have_one_digit(sheet_of):
     """Of what part they may be: angle, length or stiffness; and so has the factor on all errors."""
-    sheet = ASKED["target"](arm).sheet
+    sheet = sheet_of("target")
     sizes = [
         cell
         for section in sheet.sections
