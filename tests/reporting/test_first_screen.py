@@ -4,10 +4,7 @@ less.
 
 import io
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,8 +12,9 @@ from rich.console import Console
 
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.sheet import Bar, Bars, Card, Cell, Lines, Row, Section, Sheet
+from tests.command import carried_out
 
-ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK = ("--poses", "32", "--robots", "40", "--visits", "2")
 SHARES = {"A.gearbox": 0.8, "B.link": 0.4, "C.bearing": -0.2}
 BLAME = Bars(
@@ -146,27 +144,18 @@ def test_a_table_too_wide_for_the_screen_loses_its_intervals_and_no_figure():
         assert len(re.findall(r"\d mm", text)) == 6
 
 
-def run(*words, cwd, **environment):
-    """Run the command in a folder."""
-    command = [sys.executable, "-m", "lostmotion", "run", str(ARM), *QUICK, *words]
-    return subprocess.run(
-        command,
-        cwd=cwd,
-        capture_output=True,
-        check=False,
-        env={**os.environ, "PYTHONIOENCODING": "utf-8", **environment},
-    )
+def run(*words, cwd, arm="planar-2r"):
+    """Run the command in a folder, and return what it prints."""
+    return carried_out("run", EXAMPLES / f"{arm}.toml", *QUICK, *words, cwd=cwd).stdout
 
 
 def test_one_screen_one_line_or_all(tmp_path):
     """Without an option about one screen, all figures with --full, one line with --quiet, and the
     content of result.json alone with --json.
     """
-    short, full, quiet = (
-        run("--out", word[2:], word, cwd=tmp_path).stdout.decode()
-        for word in ("--force", "--full", "--quiet")
-    )
-    data = run("--json", cwd=tmp_path).stdout
+    short = run(cwd=tmp_path, arm="z-arm")
+    full, quiet = (run("--out", word[2:], word, cwd=tmp_path) for word in ("--full", "--quiet"))
+    data = run("--json", cwd=tmp_path)
     assert len(short.splitlines()) <= 36
     assert max(map(len, short.splitlines()[:-1])) <= 80
     assert "First order against exact composition" in full
