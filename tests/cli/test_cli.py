@@ -10,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.command import carried_out
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ARM = EXAMPLES / "z-arm.toml"
+LIGHT = EXAMPLES / "planar-2r.toml"
 QUICK = ("--poses", "16", "--robots", "20", "--visits", "3")
 
 
@@ -32,7 +35,7 @@ def lostmotion(*words, cwd, **environment):
 def ran(tmp_path_factory):
     """Run the example once."""
     folder = tmp_path_factory.mktemp("run")
-    return folder, lostmotion("run", ARM, *QUICK, "--full", cwd=folder)
+    return folder, lostmotion("run", LIGHT, *QUICK, "--full", cwd=folder)
 
 
 def test_run_prints_the_answer_and_writes_three_files(ran):
@@ -51,12 +54,12 @@ def test_run_prints_the_answer_and_writes_three_files(ran):
         "First order",
     ):
         assert title in done.stdout
-    assert sorted(path.name for path in (folder / "z-arm-accuracy").iterdir()) == [
+    assert sorted(path.name for path in (folder / "planar-2r-accuracy").iterdir()) == [
         "arrays.nc",
         "report.html",
         "result.json",
     ]
-    assert [path.name for path in folder.iterdir()] == ["z-arm-accuracy"]
+    assert [path.name for path in folder.iterdir()] == ["planar-2r-accuracy"]
 
 
 def test_an_existing_folder_is_left_alone_without_force(ran):
@@ -64,13 +67,14 @@ def test_an_existing_folder_is_left_alone_without_force(ran):
     replaces.
     """
     folder, _ = ran
-    result = folder / "z-arm-accuracy" / "result.json"
+    result = folder / "planar-2r-accuracy" / "result.json"
     before = result.read_bytes()
-    again = lostmotion("run", ARM, *QUICK, "--seed", "2", cwd=folder)
+    again = lostmotion("run", LIGHT, *QUICK, "--seed", "2", cwd=folder)
     assert again.returncode == 2
     assert "--force" in again.stderr
     assert result.read_bytes() == before
-    forced = lostmotion("run", ARM, *QUICK, "--seed", "2", "--force", "--quiet", cwd=folder)
+    words = ("--seed", "2", "--force", "--quiet")
+    forced = carried_out("run", LIGHT, *QUICK, *words, cwd=folder)
     assert forced.returncode == 0
     assert json.loads(result.read_text())["seed"] == 2
 
@@ -98,7 +102,15 @@ def test_two_runs_write_the_same_bytes(tmp_path):
     """
     for name, threads in (("a", 1), ("b", 2)):
         done = lostmotion(
-            "run", ARM, *QUICK, "--threads", threads, "--out", name, "--quiet", cwd=tmp_path
+            "run",
+            EXAMPLES / "scara.toml",
+            *QUICK,
+            "--threads",
+            threads,
+            "--out",
+            name,
+            "--quiet",
+            cwd=tmp_path,
         )
         assert done.returncode == 0, done.stderr
     for file in ("result.json", "arrays.nc", "report.html"):
@@ -148,7 +160,7 @@ def test_poses_can_come_from_a_file(tmp_path):
     """A CSV of poses is visited as it stands, and a wrong one is refused."""
     import lostmotion as package
 
-    arm = package.read(ARM)
+    arm = package.read(LIGHT)
     names = [joint.name for joint in arm.moving]
     middle = arm.limits.mean(axis=1)
     rows = [
@@ -156,19 +168,16 @@ def test_poses_can_come_from_a_file(tmp_path):
         *[",".join(f"{value:.6f}" for value in middle)] * 3,
     ]
     (tmp_path / "poses.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
-    done = lostmotion(
-        "run", ARM, "--poses-file", "poses.csv", "--robots", "20", "--visits", "3", cwd=tmp_path
-    )
+    words = ("run", LIGHT, "--poses-file", "poses.csv")
+    done = carried_out(*words, "--robots", "20", "--visits", "3", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "3 poses (given)" in json.dumps(
-        json.loads((tmp_path / "z-arm-accuracy" / "result.json").read_text())
+        json.loads((tmp_path / "planar-2r-accuracy" / "result.json").read_text())
     )
     (tmp_path / "poses.csv").write_text(
         "\n".join(rows).replace("rad", "kg") + "\n", encoding="utf-8"
     )
-    assert (
-        lostmotion("run", ARM, "--poses-file", "poses.csv", "--force", cwd=tmp_path).returncode == 2
-    )
+    assert carried_out(*words, "--force", cwd=tmp_path).returncode == 2
 
 
 def test_the_schema_is_printed_as_json(tmp_path):
@@ -231,7 +240,7 @@ def test_writing_results_loads_no_scheduler(tmp_path):
     """
     out = tmp_path / "out"
     code = (
-        f"import sys, lostmotion; lostmotion.study({str(EXAMPLES / 'z-arm.toml')!r}, 8, "
+        f"import sys, lostmotion; lostmotion.study({str(LIGHT)!r}, 8, "
         f"method='analytic').report({str(out)!r}); "
         "print('distributed' in sys.modules)"
     )
