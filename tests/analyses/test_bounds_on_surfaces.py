@@ -4,6 +4,7 @@ surface; a declared ideal does not.
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 
@@ -195,15 +196,28 @@ def test_each_kind_that_is_missing_is_named_with_its_joint(tmp_path, kind):
     assert states(arm_of(tmp_path, declared(kind))).missing == {}
 
 
+@pytest.fixture(scope="module")
+def sheet_of(tmp_path_factory):
+    """Return the sheet of a surface for the arm that lacks a stiffness at one joint, or declares it
+    ideal; each computed once.
+    """
+
+    @functools.cache
+    def found(surface, bounded):
+        folder = tmp_path_factory.mktemp("surface")
+        text = without("stiffness") if bounded else declared("stiffness")
+        return SHEETS[surface](arm_of(folder, text), folder).sheet
+
+    return found
+
+
 @pytest.mark.parametrize("surface", SHEETS)
-def test_no_surface_forgets_the_bound(tmp_path, surface):
+def test_no_surface_forgets_the_bound(sheet_of, surface):
     """Of an arm without a stiffness at one joint every sheet names it, calls its figures lower
     bounds, and says so in result.json.
     """
-    for text, bounded in ((without("stiffness"), True), (declared("stiffness"), False)):
-        folder = tmp_path / str(bounded)
-        folder.mkdir()
-        sheet = SHEETS[surface](arm_of(folder, text), folder).sheet
+    for bounded in (True, False):
+        sheet = sheet_of(surface, bounded)
         words = " ".join([first_screen(sheet), sheet.verdict])
         assert ("tiffness (B) is not described" in words) == bounded
         assert bool(re.search(BOUND.get(surface, r"\b[Aa]t least\b|≥"), words)) == bounded
@@ -261,16 +275,12 @@ def test_any_missing_kind_makes_the_figures_of_a_study_bounds(tmp_path, kind):
         assert row_at(sheet.sections, "iso9283", "rp_iso_p95").cells[0].bound == "lower"
 
 
-def test_a_target_is_met_by_what_is_described_alone(tmp_path):
+def test_a_target_is_met_by_what_is_described_alone(sheet_of):
     """'Met' does not stand without the condition, and the yield is an upper bound."""
-    sheet = lostmotion.target(
-        arm_of(tmp_path, without("hysteresis")), error="20 mm", poses=16, robots=20, visits=2
-    ).sheet
+    sheet = sheet_of("target of error", True)
     assert "is met by what is described." in sheet.verdict
     assert "The yield is at most 100 %" in sheet.verdict
-    plain = lostmotion.target(
-        arm_of(tmp_path, declared("hysteresis")), error="20 mm", poses=16, robots=20, visits=2
-    ).sheet
+    plain = sheet_of("target of error", False)
     assert "is met." in plain.verdict
     assert "The yield is 100 %" in plain.verdict
 
