@@ -10,7 +10,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm, Study, study
-from lostmotion.parts.gearbox.cycloidal import model
+from lostmotion.parts.gearbox.cycloidal import examined, model
 from tests.arms import arm_of
 
 
@@ -29,11 +29,13 @@ def z_arm_study() -> Study:
 @pytest.fixture(scope="module")
 def few_gearboxes():
     """Compute tables of cycloidal gearboxes from 64 of them and spectra from 4, in place of 256 and
-    48: for files of tests that compare no statistics of the tables.
+    48, and show the transmission error of at most 8 in place of 64: for files of tests that compare
+    no statistics of these.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(model, "GEARBOXES", 64)
         patch.setattr(model, "_HARMONIC_GEARBOXES", 4)
+        patch.setattr(examined, "MOST_SPECTRA", 8)
         model._behaviour.cache_clear()
         yield
     model._behaviour.cache_clear()

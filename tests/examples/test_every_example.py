@@ -17,6 +17,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
 
+pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(
     path

@@ -10,7 +10,7 @@ import pytest
 
 import lostmotion
 from lostmotion.errors import OutputExistsError
-from tests.command import carried_out_by_process as command
+from tests.command import carried_out as command
 
 ARM = """
 name = "priced"

@@ -124,7 +124,7 @@ def test_the_engine_draws_the_papers_poses():
     included.
     """
     study = lostmotion.study(
-        _arm(offsets=False), poses=48_000, robots=64, visits=1, seed=11, pose_law="normal"
+        _arm(offsets=False), poses=16_000, robots=64, visits=1, seed=11, pose_law="normal"
     )
     exact = method.deviations(Z_ARM, 1_000_000, 12, offset=0.0)
     mean, p95 = _figures(study)

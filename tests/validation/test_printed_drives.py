@@ -16,7 +16,9 @@ of the plates that lock the output is included, and not known.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import functools
+import tomllib
+from typing import Final
 
 import numpy as np
 import pytest
@@ -24,9 +26,6 @@ import pytest
 import lostmotion
 from lostmotion.parts.bands import band
 from lostmotion.printed import ARCMIN
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -96,13 +95,13 @@ def measured(material: str) -> float:
     return float(np.mean(slopes))
 
 
-def drawn(tmp_path: Path, material: str, *, seat: str = SEAT, more: str = "") -> np.ndarray:
+@functools.cache
+def drawn(material: str, *, seat: str = SEAT, more: str = "") -> np.ndarray:
     """Return the stiffness (N m/rad) from half to all of the torque, over what the drawing leaves
     open.
     """
-    path = tmp_path / "drive.toml"
-    path.write_text((DRAWING + seat).format(material=material, more=more), encoding="utf-8")
-    found = lostmotion.gear(path, gearboxes=2).bands
+    text = (DRAWING + seat).format(material=material, more=more)
+    found = lostmotion.gear(tomllib.loads(text), gearboxes=2).bands
     assert found is not None
     return found.read.slope
 
@@ -110,35 +109,33 @@ def drawn(tmp_path: Path, material: str, *, seat: str = SEAT, more: str = "") ->
 @pytest.mark.parametrize("seat", [SEAT, ""], ids=["seats as ranges", "seats unstated"])
 @pytest.mark.parametrize(("material", "reading"), [("onyx", 0.110), ("PC-CF", 0.2035)])
 def test_the_stiffness_of_a_printed_drive_is_within_the_band_of_its_drawing(
-    tmp_path: Path, material: str, reading: float, seat: str
+    material: str, reading: float, seat: str
 ):
     """0.110 N m/arcmin in Onyx and 0.2035 in PC-CF: between the 5th and 95th percentile, and the
     median within a factor of 1.5.
     """
     stiffness = measured(material)
     assert stiffness * ARCMIN == pytest.approx(reading, abs=5e-4)
-    found = drawn(tmp_path, material, seat=seat)
+    found = drawn(material, seat=seat)
     low, high = band(found)
     assert low < stiffness < high
     assert 1 / 1.5 < float(np.median(found)) / stiffness < 1.5
 
 
-def test_a_stiffer_filament_stiffens_the_drive_as_measured(tmp_path: Path):
+def test_a_stiffer_filament_stiffens_the_drive_as_measured():
     """PC-CF instead of Onyx: 1.85 times as stiff as measured, by the drawing within 10 % of
     that.
     """
     ratio = measured("PC-CF") / measured("onyx")
     assert ratio == pytest.approx(1.85, abs=0.01)
-    assert np.median(drawn(tmp_path, "PC-CF")) / np.median(
-        drawn(tmp_path, "onyx")
+    assert np.median(drawn("PC-CF", seat=SEAT)) / np.median(
+        drawn("onyx", seat=SEAT)
     ) == pytest.approx(ratio, rel=0.1)
 
 
 @pytest.mark.parametrize("material", MEASURED)
-def test_without_the_plastic_around_its_pins_a_printed_drive_is_far_too_stiff(
-    tmp_path: Path, material: str
-):
+def test_without_the_plastic_around_its_pins_a_printed_drive_is_far_too_stiff(material: str):
     """With rigid seats the whole band is more than twice as stiff as measured."""
-    assert band(drawn(tmp_path, material, seat="", more='rigid = ["seats of the output pins"]'))[
+    assert band(drawn(material, seat="", more='rigid = ["seats of the output pins"]'))[
         0
     ] > 2 * measured(material)

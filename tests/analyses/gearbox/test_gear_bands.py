@@ -58,12 +58,12 @@ STATED = (
 )
 
 
-def asked(count: int = 50, **changes: Any) -> Gear:
+def asked(count: int = 16, **changes: Any) -> Gear:
     """Ask for a gearbox of the drawing with other values."""
     return of_table({**DRAWING, **changes}, count)
 
 
-def of_table(table: dict[str, Any], count: int = 50) -> Gear:
+def of_table(table: dict[str, Any], count: int = 16) -> Gear:
     """Ask for the gearbox of this table."""
     return gear(CycloidalGearbox.model_validate(table, context={"text": True}), gearboxes=count)
 
@@ -117,7 +117,7 @@ def test_scatter_between_gearboxes_is_no_part_of_a_band():
     plain = bands(asked()).read.wind_up
     for found in (
         asked(ring_radius="64 mm ± 10 µm", flank_form="3 µm"),
-        asked(ring_radius="64 mm ± 10 µm", count=20),
+        asked(ring_radius="64 mm ± 10 µm", count=8),
     ):
         assert found.read.wind_up.std() > 0
         np.testing.assert_allclose(

@@ -59,6 +59,7 @@ VALIDATES = (
     ),
 )
 
+pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[3] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")
 PLAIN: dict[str, Any] = {
@@ -103,7 +104,7 @@ STATED = {
 @functools.cache
 def examined_gearbox(name):
     """Look at an example once."""
-    return lostmotion.gear(EXAMPLES / f"{name}.toml", gearboxes=400)
+    return lostmotion.gear(EXAMPLES / f"{name}.toml", gearboxes=100)
 
 
 def plain(**more):
@@ -212,10 +213,10 @@ def test_simulated_gearboxes_are_those_of_the_arm(name):
 
 
 def test_more_gearboxes_keep_the_first():
-    """Four hundred gearboxes begin with the same forty: so a figure only becomes more precise."""
+    """One hundred gearboxes begin with the same twenty: so a figure only becomes more precise."""
     part = examined_gearbox("rv-like").gearbox
-    few = gear(part, gearboxes=40).drawn
-    np.testing.assert_array_equal(few.play, examined_gearbox("rv-like").drawn.play[:40])
+    few = gear(part, gearboxes=20).drawn
+    np.testing.assert_array_equal(few.play, examined_gearbox("rv-like").drawn.play[:20])
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -364,7 +365,7 @@ def test_what_is_known_of_each_member_is_reported():
 def test_another_torque_moves_what_depends_on_it():
     """Half the torque: smaller forces and wind-up; play stays."""
     part = examined_gearbox("rv-like").gearbox
-    half = gear(part, 206.0, 400)
+    half = gear(part, 206.0, 100)
     whole = examined_gearbox("rv-like")
     assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
     assert 0.4 * whole.wind_up < half.wind_up < 0.65 * whole.wind_up
@@ -757,7 +758,7 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
     part = CycloidalGearbox.model_validate({**PLAIN, **stated}, context={"text": True})
     wound = []
     for torque in (10.0, 784.0):
-        found = replace(gear(part, torque, gearboxes=8), name="preloaded")
+        found = replace(gear(part, torque, gearboxes=4), name="preloaded")
         tables = [
             figure(found, "loop", f"wind-up at {torque:.4g} N m"),
             figure(found, "members", "all together"),
@@ -939,7 +940,7 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
     """It prints every section, writes page, figures and drawing, and the same bytes again with
     --force; without it the folder is left alone.
     """
-    words = (EXAMPLES / "printed.toml", "--gearboxes", "50")
+    words = (EXAMPLES / "printed.toml", "--gearboxes", "8")
     done = ran(*words, "--dxf", "disc.dxf", "--full", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for title in (
@@ -958,7 +959,7 @@ def test_the_command_writes_the_same_bytes_twice(tmp_path):
     assert (tmp_path / "disc.dxf").read_bytes() == before["profile.dxf"]
     assert b'href="profile.dxf"' in before["report.html"]
     result = json.loads(before["result.json"])
-    assert (result["built"], result["seed"], result["torque_Nm"]) == (50, 1, 4.0)
+    assert (result["built"], result["seed"], result["torque_Nm"]) == (8, 1, 4.0)
     printed = {section["title"] for section in result["sections"]}
     assert all(title in done.stdout for title in printed)
     again = ran(*words, cwd=tmp_path)
@@ -1058,7 +1059,7 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
     for words, said in (
         (("gear", gearbox, "--gearboxes", 10**12), "100000"),
         (("gear", gearbox, "--dxf", "full/x.dxf"), "--dxf"),
-        (("gear", gearbox, "--out", "full/out"), "--out"),
+        (("gear", gearbox, "--out", "full/out", "--gearboxes", 2), "--out"),
         (("bearing", bearing, "--built", 10**12), "1000000"),
         (("bearing", bearing, "--moment", "1e14 N m"), "at most 1e+09 N m"),
     ):

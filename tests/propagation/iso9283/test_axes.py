@@ -74,7 +74,7 @@ def test_a_hexapod_has_six_axes_whose_scatter_is_that_of_its_visits():
     """
     arm = read(HEXAPOD)
     cube = cube_from_arguments(arm, np.array([0.0, 0.0, 0.49]), 0.03)
-    found = predict_robots(arm, cube, robots=1500, cycles=2, path_points=2, loads=(1.0,))
+    found = predict_robots(arm, cube, robots=400, cycles=2, path_points=2, loads=(1.0,))
     assert [each.axis for each in found.axes] == ["a", "b", "c", "x", "y", "z"]
     rng = np.random.default_rng(5)
     for each in found.axes:
