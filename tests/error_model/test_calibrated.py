@@ -266,7 +266,7 @@ def test_changes_between_calibrated_arms_add_up():
     heavier = calibrated.with_payload(calibrated.payload.model_copy(update={"mass": 9.0}))
     q = sample_poses(Z_ARM, 16).q
     for before, after in ((Z_ARM, calibrated), (calibrated, heavier)):
-        (changes,) = budget_changes(before, after, q, [LABELS["part"]])
+        ((changes,),) = budget_changes(before, after, q, [LABELS["part"]])
         expected = np.mean(analytic(after, q).mean_square - analytic(before, q).mean_square)
         assert sum(changes.values()) == pytest.approx(expected, rel=1e-8)
 

@@ -251,13 +251,14 @@ def _contributions(
     in one arm is taken from that in the other.
     """
     if _stand_at_the_same(before, after):
-        of_sets = np.split(before.poses.q, before.poses.replicates)
-        found = [
-            budget_changes(
-                before.arm, after.arm, q, tuple(GROUPINGS.values()), approach=before.approach
-            )
-            for q in of_sets
-        ]
+        found = budget_changes(
+            before.arm,
+            after.arm,
+            before.poses.q,
+            tuple(GROUPINGS.values()),
+            approach=before.approach,
+            replicates=before.poses.replicates,
+        )
         return {grouping: [each[k] for each in found] for k, grouping in enumerate(GROUPINGS)}
     out: dict[Grouping, list[dict[str, float]]] = {}
     for grouping in GROUPINGS:

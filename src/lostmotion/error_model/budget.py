@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 import numpy as np
 
 from lostmotion.error_model.few_poses import Squares
-from lostmotion.error_model.pose_matrix import pose_matrices, pose_matrix
-from lostmotion.error_model.pose_sets import blocks_of_sets, matrices_of
+from lostmotion.error_model.pose_sets import matrices_of_sets
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.state import BLOCK
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -294,9 +292,10 @@ def budget_changes(
     labels: Sequence[Callable[[Column], str]],
     *,
     approach: float = 0.0,
-) -> list[dict[str, float]]:
+    replicates: int = 1,
+) -> list[list[dict[str, float]]]:
     """Return the contribution of each part to the change of the mean-square error from one arm to
-    another, m^2, one dictionary for each label.
+    another, m^2, over each independent set of poses one dictionary for each label.
 
     X and Y are the sums of the columns of one error (the same draws) before and after, x and y the
     parts of them that belong to one entry. The entry contributes (y - x).(X + Y): these add to the
@@ -306,15 +305,16 @@ def budget_changes(
     q       (pose, joint) rad or m: both arms stand there
     labels  by which columns are grouped, `label_of("part")`
 
-    Other arguments and errors as for `tally`.
+    Other arguments and errors as for `budget`.
     """
-    out: list[dict[str, float]] = [{} for _ in labels]
-    blocks = (pose_matrices(arm, q, approach=approach) for arm in (before, after))
-    for pair in zip(*blocks, strict=True):
-        matrices = [matrix for _, matrix in pair]
+    of_sets: list[list[dict[str, float]]] = [[{} for _ in labels] for _ in range(replicates)]
+    poses = len(q) // replicates
+    blocks = (matrices_of_sets(arm, q, replicates, approach=approach) for arm in (before, after))
+    for (at, one), (_, other) in zip(*blocks, strict=True):
+        matrices, out = (one, other), of_sets[at]
         for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
             if any(draws in matrix.mixtures for matrix in matrices):
-                _add_correlated_changes(matrices, draws, labels, out, len(q))
+                _add_correlated_changes(matrices, draws, labels, out, poses)
                 continue
             found = [matrix.along_poses[3:, matrix.groups.get(draws, [])] for matrix in matrices]
             both = sum(each.sum(axis=1) for each in found)
@@ -325,10 +325,10 @@ def budget_changes(
                         own = columns[:, [k for k, other in enumerate(names) if other == name]].sum(
                             axis=1
                         )
-                        changes[name] = changes.get(name, 0.0) + sign * float(
-                            np.vdot(own, both)
-                        ) / len(q)
-    return out
+                        changes[name] = (
+                            changes.get(name, 0.0) + sign * float(np.vdot(own, both)) / poses
+                        )
+    return of_sets
 
 
 def _add_correlated_changes(
@@ -372,12 +372,9 @@ def _sums(
     """
     if not len(q):
         raise refuse_argument("poses", "none", "at least one pose", at=0)
-    blocks = blocks_of_sets(len(q), replicates, BLOCK)
-    matrices = matrices_of(blocks, lambda rows: pose_matrix(arm, q[rows], approach=approach))
     found: list[list[Tally]] = [[] for _ in range(replicates)]
     squares: list[list[Floats]] = [[] for _ in range(replicates)]
-    for block, matrix in zip(blocks, matrices, strict=True):
-        at = block.start * replicates // len(q)
+    for at, matrix in matrices_of_sets(arm, q, replicates, approach=approach):
         here = [Tally.of(matrix, by) for by in groupings]
         before = found[at]
         found[at] = [x + y for x, y in zip(before, here, strict=True)] if before else here

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.mechanism.state import BLOCK
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lostmotion.error_model.pose_matrix import PoseMatrix
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
 
 # Most of the time of a matrix of fewer poses does not depend on their number. A study without
 # sampling has matrices of as many, so that what follows uses the same ones.
@@ -47,3 +52,15 @@ def matrices_of(
             continue
         for block in here:
             yield matrix.stretch(block.start - start, block.stop - start)
+
+
+def matrices_of_sets(
+    arm: Arm, q: Floats, sets: int, *, approach: float = 0.0
+) -> Iterator[tuple[int, PoseMatrix]]:
+    """Yield for each block of at most `BLOCK` poses (pose, joint) the number of its set, as in
+    `blocks_of_sets`, and its pose matrix; approach and errors as for `pose_matrix`.
+    """
+    blocks = blocks_of_sets(len(q), sets, BLOCK)
+    matrices = matrices_of(blocks, lambda rows: pose_matrix(arm, q[rows], approach=approach))
+    for block, matrix in zip(blocks, matrices, strict=True):
+        yield block.start * sets // len(q), matrix
