@@ -2,14 +2,12 @@
 and nothing else.
 """
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 
 import pytest
 
+from tests.command import carried_out
 from tests.docs.pages import ROOT
 
 README = (ROOT / "README.md").read_text("utf-8")
@@ -37,16 +35,7 @@ def test_a_command_of_the_readme_runs_as_printed(command, folder):
     """It ends with exit code 0 and an answer, on lines of 80 columns, and the report that it names
     lies in the folder.
     """
-    words = [sys.executable, "-m", "lostmotion", *shlex.split(command)[1:]]
-    done = subprocess.run(
-        words,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
-    )
+    done = carried_out(*shlex.split(command)[1:], cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert max(map(len, done.stdout.splitlines())) <= 80
