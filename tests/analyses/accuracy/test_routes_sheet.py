@@ -88,7 +88,8 @@ def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
 
 def test_a_target_says_each_factor_of_what():
     """A size beside what it is now, a factor as per cent of the errors; nothing is repeated."""
-    found = lostmotion.target(lostmotion.read(ARM), error="1.5 mm", poses=16, robots=40, visits=2)
+    arm = lostmotion.read(ARM.with_name("planar-2r.toml"))
+    found = lostmotion.target(arm, error="0.2 mm", poses=16, robots=40, visits=2)
     sections = {section.key: section for section in found.sheet.sections}
     sized = [row for key in ("single", "kinds") if key in sections for row in sections[key].rows]
     assert sized
