@@ -58,7 +58,7 @@ def test_a_half_described_arm_errs_by_at_least_so_much(half):
     "ask",
     [
         lambda arm: lostmotion.study(arm, 32, method="analytic"),
-        lambda arm: lostmotion.map(arm, poses=4096, cell="300 mm"),
+        lambda arm: lostmotion.map(arm, poses=4096, cell="300 mm", per_cell=2),
         lambda arm: lostmotion.target(arm, error="1 mm", poses=32, robots=20, visits=2),
     ],
     ids=["analytic", "map", "target"],

@@ -26,7 +26,7 @@ from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
-QUICK = ("--cell", "200 mm", "--poses", "4096", "--per-cell", "3")
+QUICK = ("--cell", "300 mm", "--poses", "2048", "--per-cell", "2")
 
 
 def ran(*words, cwd):
