@@ -162,15 +162,15 @@ def test_a_better_class_is_more_repeatable(printed):
     """From hobby servos to industrial drives, one after the other, on the same arm."""
     lostmotion.new(urdf=printed).report()
     arm = lostmotion.read(printed)
-    order = list(drive_classes().values())[:4]
-    repeats = [
-        next(
-            each for each in class_figures(with_class(arm, each_class)) if each.default
-        ).repeatability
-        for each_class in order
-    ]
     assert class_of_arm(arm) is not None
-    assert repeats == sorted(repeats, reverse=True)
+    order = list(drive_classes().values())[:4]
+    for inner in (1, 2):  # beside each of these stand the next smaller and the next larger class
+        figures = class_figures(with_class(arm, order[inner]))
+        assert [each.name for each in figures] == [
+            each.name for each in order[inner - 1 : inner + 2]
+        ]
+        repeats = [each.repeatability for each in figures]
+        assert repeats == sorted(repeats, reverse=True)
 
 
 @pytest.mark.parametrize(
