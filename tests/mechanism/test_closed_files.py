@@ -80,6 +80,7 @@ def fixed(joint: int) -> dict:
         (changed(1, encoder={"zero": "1 arcmin"}), "joints.e1", "encoder on a passive joint"),
         (changed(3, start="-70 deg"), "joints.e1.start", "another assembly mode"),
         (changed(1, start="150 deg"), "joints.e1.start", "with its start at 150 deg"),
+        (changed(1, passive="yes"), "joints.e1.passive", "'yes'"),
     ],
 )
 def test_a_chain_that_cannot_be_is_refused_by_name(tree: dict, key: str, found: str):

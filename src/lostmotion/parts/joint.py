@@ -99,7 +99,8 @@ class RevoluteJoint(MovingJoint[AngleAmount, TurningGearbox, AngularStiffness]):
     @model_validator(mode="before")
     @classmethod
     def _turns_all_round(cls, stated: Any) -> Any:  # noqa: ANN401 - whatever a file holds
-        if isinstance(stated, dict) and stated.get("passive") is True:
+        # whatever stands there that is no truth value is the one mistake
+        if isinstance(stated, dict) and stated.get("passive", False) is not False:
             return {"limits": ["-180 deg", "180 deg"], **stated}
         return stated
 

@@ -20,6 +20,7 @@ from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
+    StrictBool,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -178,7 +179,7 @@ class MovingJoint(JointUnit, Generic[AmountT, GearboxT, StiffnessT]):
     """
 
     axis: Direction = "z"
-    passive: bool = False
+    passive: StrictBool = False
     bearing: Bearing | None = None
     lumped: Lumped | None = None
     gearbox: GearboxT | None = None
