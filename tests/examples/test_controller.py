@@ -18,7 +18,7 @@ VALIDATES = (
     (
         "drawn robots, compensated and calibrated",
         (
-            "exact composition of all errors of 48 robots at the corrected commands, beside the "
+            "exact composition of all errors of 24 robots at the corrected commands, beside the "
             "study's waterfall"
         ),
         "95 % intervals overlap at every stage; 95 % of what gravity causes taken away",
@@ -45,6 +45,7 @@ def test_drawn_robots_gain_what_the_study_predicts(example, name, monkeypatch):
     95 % of what gravity causes is gone.
     """
     monkeypatch.setattr(example, "POSES", 32)
+    monkeypatch.setattr(example, "ROBOTS", 24)
     arm = lostmotion.read(FOLDER.parent / name)
     found = example.demonstrate(arm)
     stages = {stage.name: stage.q95 for stage in found.predicted.stages}
