@@ -528,7 +528,7 @@ def report() -> str:
 
 def main() -> None:
     """Print the comparison; with --readme put it between the marks in README.md too, with --quick
-    leave out the row by finite elements, which takes longer than all others.
+    omit the row by finite elements, which takes longer than all others.
     """
     text = report()
     print(text)
