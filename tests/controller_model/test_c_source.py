@@ -685,7 +685,7 @@ def test_a_wrong_table_fails_the_self_test(exported, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "unroll"), [("drawn", False), pytest.param("ur5e", True, marks=pytest.mark.slow)]
+    ("name", "unroll"), [("drawn", False), pytest.param("scara", True, marks=pytest.mark.slow)]
 )
 def test_cppcheck_finds_no_more_than_the_stated_deviations(exported, name, unroll):
     """No warning of static analysis, and no rule of MISRA C:2012 broken but those that the README

@@ -344,7 +344,7 @@ def test_planes_and_definitions_by_hand():
 )
 def test_intervals_of_paths_cover(alike, uneven, everywhere):
     """For synthetic tests of ten cycles, 90 % intervals of AT_p and RT_p cover the value for many
-    cycles in 85 to 97 % of 300.
+    cycles in 85 to 97 % of 150.
 
     Errors of the planes are independent, correlated between neighbours, or common to all; of equal
     scatter, or larger in one place; the path's offset is largest at its end, or constant. 1 000
@@ -359,7 +359,7 @@ def test_intervals_of_paths_cover(alike, uneven, everywhere):
     )
     limit = 3.21872 * size.max()
     hits = np.zeros(2)
-    for _ in range(300):
+    for _ in range(150):
         errors = (
             np.einsum("pq,qni->pni", root, rng.standard_normal((20, 10, 3)) * [1, 1, 0])
             * size[:, None, None]
@@ -370,20 +370,20 @@ def test_intervals_of_paths_cover(alike, uneven, everywhere):
             each.low <= truth <= each.high
             for each, truth in zip(intervals, (3.0, limit), strict=True)
         ]
-    assert ((hits / 300 >= 0.85) & (hits / 300 <= 0.97)).all(), hits / 300
+    assert ((hits / 150 >= 0.85) & (hits / 150 <= 0.97)).all(), hits / 150
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("everywhere", [False, True])
 def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
     """The noisiest plane is often the longest without a larger offset: AT_a's 90 % intervals cover
-    in 86 to 96 % of 600 tests of ten cycles.
+    in 86 to 96 % of 300 tests of ten cycles.
     """
     rng, planes = np.random.default_rng(6), np.linspace(0, 1, 20)
     size = 1 + 1.5 * np.exp(-(((planes - 0.3) / 0.2) ** 2))
     off = np.full(20, 3.0) if everywhere else 1 + 2 * planes
     held = []
-    for _ in range(600):
+    for _ in range(300):
         found = largest_mean(
             rng.standard_normal((20, 10, 1)) * size[:, None, None] + off[:, None, None], 0.9
         )
@@ -396,12 +396,12 @@ def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
     ("cycles", "parts", "least"), [(10, 1, 0.70), (10, 2, 0.82), (30, 1, 0.82)]
 )
 def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts, least):
-    """One plane of twenty has 2.5 times the scatter: RT's 90 % intervals cover it in most of 200
+    """One plane of twenty has 2.5 times the scatter: RT's 90 % intervals cover it in most of 120
     tests, least for ten cycles and one component.
     """
     rng, size = np.random.default_rng(9), np.where(np.arange(20) == 6, 2.5, 1.0)
     truth, held = {1: 3.0, 2: 3.21872}[parts] * 2.5, []
-    for _ in range(200):
+    for _ in range(120):
         found = largest_scatter(rng.standard_normal((20, cycles, parts)) * size[:, None, None], 0.9)
         held.append(found.low <= truth <= found.high)
     assert least <= np.mean(held) <= 0.97
@@ -411,10 +411,10 @@ def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts
 @pytest.mark.parametrize("parts", [1, 2])
 def test_half_a_path_with_the_same_offset_is_not_taken_to_differ(parts):
     """Ten planes of twenty have an offset of 3, ten of 1: AT's 90 % intervals cover the 3 in 80 to
-    95 % of 400 tests of ten cycles.
+    95 % of 200 tests of ten cycles.
     """
     rng, held = np.random.default_rng(10), []
-    for _ in range(400):
+    for _ in range(200):
         errors = rng.standard_normal((20, 10, parts))
         errors[:, :, 0] += np.where(np.arange(20) < 10, 3.0, 1.0)[:, None]
         found = largest_mean(errors, 0.9)
