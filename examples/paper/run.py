@@ -198,8 +198,10 @@ def moment_rows() -> Rows:
     return rows
 
 
-def transmission_rows() -> Rows:
-    """Compare the strain that is read as an angle, the backlash and the manufacture."""
+def transmission_rows(*, elements: bool) -> Rows:
+    """Compare the strain that is read as an angle, with the row by finite elements or without, the
+    backlash and the manufacture.
+    """
     read = paper.strain_read_as_angle()
     torque = float(
         lostmotion.worst_torques_over_tilts(lostmotion.state_of(arm_with(), STRAIGHT))[0, 1]
@@ -233,7 +235,7 @@ def transmission_rows() -> Rows:
             "a strain is no rotation",
             f"Ma on {torque / read:.1f} N m/arcmin",
         ),
-        *element_rows(torque),
+        *(element_rows(torque) if elements else []),
         (
             "backlash",
             "0.3 to 0.5′",
@@ -263,8 +265,6 @@ def element_rows(torque: float) -> Rows:
     drive of assumed dimensions.
     """
     name = "transmission, finite elements [9]"
-    if "--quick" in sys.argv[1:]:
-        return []
     if importlib.util.find_spec("ngsolve") is None:
         return [(name, "2.26′", "pip install 'lostmotion[fem]'", "", "")]
     gearbox = read_gearbox(HERE.parent / "gearbox" / "two-stage-lobes.toml", None).part
@@ -495,10 +495,16 @@ def markdown(header: tuple[str, ...], rows: Rows) -> str:
     )
 
 
-def report() -> str:
-    """Work everything out and write it down."""
+def report(*, elements: bool = True) -> str:
+    """Work everything out and write it down, with the row by finite elements or without."""
     columns = ("paper", "as printed", "corrected", "lostmotion")
-    table = [*moment_rows(), *transmission_rows(), *link_rows(), *input_rows(), *deviation_rows()]
+    table = [
+        *moment_rows(),
+        *transmission_rows(elements=elements),
+        *link_rows(),
+        *input_rows(),
+        *deviation_rows(),
+    ]
     big = STUDIES[-1]
     sizes = (
         f"As printed: {count(PRINTED_SAMPLES)} samples, corrected: {count(CORRECTED_SAMPLES)}, "
@@ -527,12 +533,13 @@ def report() -> str:
 
 
 def main() -> None:
-    """Print the comparison; with --readme put it between the marks in README.md too, with --quick
-    omit the row by finite elements, which takes longer than all others.
+    """Print the comparison; with --readme put it between the marks in README.md too, else with
+    --quick omit the row by finite elements, which takes longer than all others.
     """
-    text = report()
+    written = "--readme" in sys.argv[1:]
+    text = report(elements=written or "--quick" not in sys.argv[1:])
     print(text)
-    if "--readme" in sys.argv[1:]:
+    if written:
         readme = HERE / "README.md"
         before, _, rest = readme.read_text("utf-8").partition(BEGIN)
         readme.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{rest.partition(END)[2]}", "utf-8")
