@@ -30,8 +30,8 @@ VALIDATES = (
         "controller in C, with loops and unrolled",
         (
             "the Python model at 10 000 poses of seven arms; single precision with double, the "
-            "unrolled source with loops at as many; a million random, infinite and missing inputs under"
-            " the sanitizers of gcc and clang"
+            "unrolled source with loops at as many; a million random, infinite and missing inputs "
+            "under the sanitizers of gcc and clang"
         ),
         "1e-12; 1e-5, commands 2e-5; a status, no fault",
     ),
@@ -282,7 +282,8 @@ def test_c_stands_and_holds_as_the_state_of_the_arm_does(exported, name, unroll)
 
 
 @pytest.mark.parametrize("count", [2_000, pytest.param(10_000, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("name", "unroll"), [*((name, False) for name in ARMS), ("drawn", True)])
+@WRITTEN
+@pytest.mark.parametrize("name", ARMS)
 def test_c_in_single_precision(exported, name, unroll, count):
     """At many poses every result agrees with that in double precision to 1e-5 of its size, or to
     what a change of the inputs in their sixth digit would do to it; a command at a regular pose to
@@ -763,8 +764,8 @@ def test_the_accurate_length_in_c(exported, name):
     given = inputs(model, 500)
     exact = model.predict(*given[:4]).length95
     joints = given[0].shape[1]
-    for share, more in ((1e-12, SANITIZERS), (1e-5, ["-DLM_FLOAT"])):
-        found = computed(built(folder, "-DLM_ACCURATE_LENGTH", *more), given, joints)[
-            :, 33 + 2 * joints
-        ]
+    for share, precision in ((1e-12, []), (1e-5, ["-DLM_FLOAT"])):
+        found = computed(
+            built(folder, "-DLM_ACCURATE_LENGTH", *precision, *SANITIZERS), given, joints
+        )[:, 33 + 2 * joints]
         assert (np.abs(found - exact) <= share * exact).all()

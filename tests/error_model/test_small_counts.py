@@ -162,7 +162,7 @@ def test_the_root_mean_square_between_visits_covers_its_closed_form():
 
 @pytest.mark.slow
 def test_intervals_cover_where_few_robots_or_poses_make_the_figure():
-    """Of 150 studies so many cover that a coverage of 95 % is not refuted (binomial test, 1 %), for
+    """Of 300 studies so many cover that a coverage of 95 % is not refuted (binomial test, 1 %), for
     each of four figures.
 
     By the variance between sets and groups alone 83 % cover mean RP and the 99th percentile.
@@ -184,7 +184,7 @@ def test_intervals_cover_where_few_robots_or_poses_make_the_figure():
             *quantiles,
         ], two_way(means).half
 
-    large = [sampled(16_384, 2000, 777 + k) for k in range(4)]
+    large = [sampled(16_384, 4000, 777 + k) for k in range(4)]
     counts = sum(each.replicate_hist.sum(axis=0) for each in large)
     robots = np.concatenate([shrunk_means(each.robot_means[:, :, 2]) for each in large])
     truth = [
@@ -194,10 +194,10 @@ def test_intervals_cover_where_few_robots_or_poses_make_the_figure():
         quantile(counts, 0.99),
     ]
     covered, by_variance = np.zeros(4), 0
-    for seed in range(5000, 5150):
+    for seed in range(5000, 5300):
         found, half = figures(sampled(2048, 200, seed))
         covered += [each.low <= true <= each.high for each, true in zip(found, truth, strict=True)]
         by_variance += abs(found[0].value - truth[0]) <= half
-    least = binom.ppf(0.01, 150, 0.95)
+    least = binom.ppf(0.01, 300, 0.95)
     assert (covered >= least).all(), covered
-    assert by_variance < 130
+    assert by_variance < 260

@@ -57,7 +57,7 @@ def test_positions_of_the_tool_are_uniform_in_its_box(name):
     that of home where no rotation is stated.
     """
     arm = boxed(name, **WHOLE[name])
-    q = sample_poses(arm, 400, "uniform").q
+    q = sample_poses(arm, 1024, "uniform").q
     tools, home = tool_and_jacobian(arm, q)[0], tool_and_jacobian(arm, arm.home[None])[0][0]
     turned = Rotation.from_matrix(tools[:, :3, :3] @ home[:3, :3].T).as_rotvec()
     reached = np.hstack([turned, tools[:, :3, 3]])
