@@ -36,8 +36,8 @@ VALIDATES = (
         "AT, RT of measured paths",
         (
             "offset and scatter in closed form; plain loops by the definitions; rotated "
-            "frames; a predicted robot written as CSV and read; 4 "
-            "100 synthetic tests, with single bad planes and half paths; 64 kinds in "
+            "frames; a predicted robot written as CSV and read; 2 "
+            "110 synthetic tests, with single bad planes and half paths; 64 kinds in "
             "`benchmarks/path_intervals.py`"
         ),
         (
