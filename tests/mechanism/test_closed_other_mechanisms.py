@@ -326,7 +326,7 @@ LENGTHS = {"arm": 0.3, "rear": 0.2, "front": 0.25, "near": 0.3, "far": 0.3}
 ANGLE, DRIVE = 1.1, 4e4
 
 
-def three_cranks():
+def three_cranks(**near_end):
     """Return a coupler of two links on three parallel cranks of one length, the first driven."""
     metals = metal(YOUNG / 1e9, SHEAR / 1e9)
     bar = {"section": constants(*SECTION), "material": metals, "up": "z"}
@@ -340,7 +340,7 @@ def three_cranks():
             {**pin, "name": "rear", "start": f"{-ANGLE} rad", "link": link(0.2, **bar)},
             {"name": "front", "type": "fixed", "after": "rear.tip", "link": link(0.25, **bar)},
             {**crank, "name": "near", "origin": xyz(0.2, 0, 0)},
-            {**pin, "name": "near end", "start": f"{-ANGLE} rad"},
+            {**pin, "name": "near end", "start": f"{-ANGLE} rad", **near_end},
             {**crank, "name": "far", "origin": xyz(0.45, 0, 0)},
             {**pin, "name": "far end", "start": f"{-ANGLE} rad"},
         ],
@@ -384,9 +384,12 @@ def beam(start, end):
     return whole.T @ k @ whole
 
 
-def frame(load, longer=0.0):
+def frame(load, longer=0.0, *, loose=False):
     """Return the tool's displacement and rotation (6,) under a load (6,), force before moment, with
     the far crank longer: beams with hinges as constraints, by Lagrange's multipliers.
+
+    loose  whether the hinge at the end of the near crank holds only what the mechanism needs: it
+           turns about all axes, and slides along the crank
     """
     up = 0.3 * np.array([math.cos(ANGLE), math.sin(ANGLE), 0.0])
     feet = np.array([[0, 0, 0], [0.2, 0, 0], [0.45, 0, 0]], dtype=float)
@@ -413,6 +416,10 @@ def frame(load, longer=0.0):
             rows.append(row)
             # the tip of the far crank lies farther out than its beam ends
             right.append(longer * up[freedom] / 0.3 if top == 5 and freedom < 3 else 0.0)
+    if loose:
+        x, y, z, *_ = (rows[15 + 5 + freedom] for freedom in range(5))
+        rows[20:25] = [(-math.sin(ANGLE) * x + math.cos(ANGLE) * y), z]
+        right[20:25] = [0.0, 0.0]
     held = np.array(rows)
     force = np.zeros(54)
     force[48:] = load

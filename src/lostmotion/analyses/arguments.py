@@ -66,9 +66,7 @@ def out_argument(text: str, example: str, metavar: str) -> Argument:
 
 
 def path_or_mapping(name: str, value: object, _given: object = None) -> Path | Mapping[str, Any]:
-    """Return the path of a file with a request, or its dictionary. Raises InputError as
-    `path_of`.
-    """
+    """Return the path of a file with a request, or its dictionary; errors as `path_of`."""
     return value if isinstance(value, Mapping) else path_of(name, value)
 
 
@@ -78,8 +76,9 @@ def paths_of(name: str, value: Any, _given: object = None) -> list[Path]:  # noq
 
 
 def arm_of(name: str, value: object, given: Mapping[str, Any]) -> Arm:
-    """Return an arm, read from its file where a path is given or from a dictionary, and calibrated
-    where the question has a `calibration`. Raises InputError with every mistake in the files.
+    """Return an arm, read from its file or a dictionary, calibrated where the question has a
+    `calibration`, and with the constraints open that make the larger error (`with_larger_error`).
+    Raises InputError with every mistake in the files.
     """
     if isinstance(value, str | os.PathLike | Mapping):
         from lostmotion.io import read
@@ -94,7 +93,14 @@ def arm_of(name: str, value: object, given: Mapping[str, Any]) -> Arm:
             expected = "an arm, the path of its file, or a dictionary"
             raise refuse_argument(name, value, expected, **{name: "arm.toml"})
         arm = value
-    return _calibrated(arm, given.get("calibration"))
+    from lostmotion.mechanism.assembly import may_not_assemble
+
+    arm = _calibrated(arm, given.get("calibration"))
+    if may_not_assemble(arm):
+        from lostmotion.error_model.opened_constraints import with_larger_error
+
+        arm = with_larger_error(arm)
+    return arm
 
 
 def _calibrated(arm: Arm, calibration: object) -> Arm:

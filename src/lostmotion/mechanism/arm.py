@@ -17,7 +17,8 @@ from lostmotion.mechanism.closed_chain import assembly_error, closing_error
 from lostmotion.mechanism.closures import Closure
 from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.load_gradient import soft_freedoms
-from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
+from lostmotion.mechanism.opened_constraints import ways_of
+from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm, placed_parts
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on, remarks_on_ranges, temperature_remarks
 from lostmotion.mechanism.shape import Body, bodies_of
@@ -28,7 +29,6 @@ from lostmotion.parts.base import Base
 from lostmotion.parts.environment import Environment
 from lostmotion.parts.error_source import Line, Part
 from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint, has_axis
-from lostmotion.parts.term import Holding, Motion
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -36,8 +36,10 @@ if TYPE_CHECKING:
 
     from lostmotion.mechanism.calibration import Correlations
     from lostmotion.mechanism.load_gradient import Freedom
+    from lostmotion.mechanism.opened_constraints import Way
     from lostmotion.mechanism.places import Tree
     from lostmotion.parts.error_source import Friction
+    from lostmotion.parts.term import Holding
     from lostmotion.spatial import Floats
 
 STANDARD_GRAVITY = 9.80665
@@ -85,6 +87,7 @@ class Arm(Part):
 
     _warnings: tuple[str, ...] = PrivateAttr(())
     _calibration: Calibration | None = PrivateAttr(None)
+    _open: tuple[str, str] = PrivateAttr(("", ""))
 
     @model_validator(mode="after")
     def _has_a_mechanism(self) -> Self:
@@ -175,38 +178,9 @@ class Arm(Part):
     @functools.cached_property
     def parts(self) -> tuple[PlacedPart, ...]:
         """Return the parts with errors, each with its place, in the order of the places."""
-        rise, varies = self.environment.rise, self.environment.temperature_varies
-        no_motion = Motion(np.zeros(6), rise=rise, varies=varies)
-        out = [
-            PlacedPart(f"base {name}", "base", None, 0, source, no_motion)
-            for name, source in self.base.sources.items()
-        ]
-        for k, (joint, (seat, moved, tip)) in enumerate(
-            zip(self._working_joints, self.tree.joints, strict=True)
-        ):
-            owner, column = f"joints.{joint.name}", self.tree.places[moved].joint
-            if joint.mounting is not None:
-                axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
-                out.append(
-                    PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis)
-                )
-            motion = Motion(
-                joint.twist,
-                functools.partial(self.holding, k),
-                rise,
-                varies,
-                joint.limits if has_axis(joint) else None,
-            )
-            for name, source in joint.sources.items():
-                out.append(
-                    PlacedPart(
-                        f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion
-                    )
-                )
-            out.append(
-                PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, no_motion)
-            )
-        return tuple(out)
+        return placed_parts(
+            self.base, self._working_joints, self.tree, self.environment, self.holding
+        )
 
     @functools.cached_property
     def terms(self) -> tuple[PlacedTerm, ...]:
@@ -224,7 +198,7 @@ class Arm(Part):
         The estimates are those of the arm as its file states it, also where this arm is calibrated
         already. Raises InputError for a stream by which the arm is not drawn.
         """
-        out = self.model_copy()
+        out = self._copy_without("terms", "soft_freedoms", "open_ways")
         out._calibration = None  # noqa: SLF001 - of the same class
         if calibration is not None:
             calibration.refuse_unknown((*out.terms, *calibration.added))
@@ -232,10 +206,34 @@ class Arm(Part):
             out._calibration = calibration  # noqa: SLF001 - of the same class
         return out
 
+    def _copy_without(self, *names: str) -> Self:
+        """Return a copy that keeps what was computed already, but for these properties."""
+        out = self.model_copy()
+        out.__dict__.update(self.__dict__)
+        for name in names:
+            out.__dict__.pop(name, None)
+        return out
+
     @property
     def calibration(self) -> Calibration | None:
         """Return the estimates of the robot that this arm is; None for an arm of any robot."""
         return self._calibration
+
+    def with_open_play(self, part: str, remark: str = "") -> Self:
+        """Return the arm with the constraints of its closures open that the play of a part opens,
+        by its full name; with all of them closed for "". The remark says why.
+        """
+        out = self._copy_without("open_ways")
+        out._open = part, remark  # noqa: SLF001 - of the same class
+        return out
+
+    @functools.cached_property
+    def open_ways(self) -> tuple[Way, ...]:
+        """Return the places and directions of the plays that open constraints; see
+        `with_open_play`.
+        """
+        part, _ = self._open
+        return tuple(way for way in ways_of(self.terms if part else ()) if way.part == part)
 
     @property
     def correlations(self) -> Correlations | None:
@@ -278,7 +276,7 @@ class Arm(Part):
 
     def with_warnings(self, warnings: Iterable[str]) -> Self:
         """Return this arm with these warnings in place of its own."""
-        out = self.model_copy()
+        out = self._copy_without()
         out._warnings = tuple(warnings)  # noqa: SLF001 - of the same class
         return out
 
@@ -294,6 +292,7 @@ class Arm(Part):
             *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
             *temperature_remarks(self.joints, self.environment),
             *closed_remarks(self.tree, self.limits, self.workspace),
+            *filter(None, self._open[1:]),
         )
 
     @functools.cached_property

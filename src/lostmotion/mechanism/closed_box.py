@@ -139,12 +139,7 @@ def closed_remarks(tree: Tree, limits: Floats, box: WorkspaceBox | None) -> tupl
     counted = (
         f"closed chain: {freedoms} freedoms - rank {home.rank} of {len(tree.welds)} closures = "
         f"{freedoms - home.rank}, of {drives} drives{idle}; "
-        + (
-            f"over-constrained {redundant} times. Every constraint is computed as closed: a "
-            "clearance wider than the misfit of its loop would open one, which is not counted"
-            if redundant
-            else "exactly constrained"
-        )
+        + (f"over-constrained {redundant} times" if redundant else "exactly constrained")
     )
     return (
         counted,

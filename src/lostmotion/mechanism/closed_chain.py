@@ -11,7 +11,7 @@ import numpy as np
 
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.mechanism.closed_arrays import ASSEMBLED, SINGULAR
-from lostmotion.mechanism.closed_home import home_of, nearby_rank, rank_of
+from lostmotion.mechanism.closed_home import holds_drives, home_of, nearby_rank, rank_of
 from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, size, tool_columns
 from lostmotion.mechanism.closed_position import (
     LIMITED,
@@ -19,7 +19,7 @@ from lostmotion.mechanism.closed_position import (
     assemble,
     joint_value,
 )
-from lostmotion.mechanism.closed_statics import settled_loops
+from lostmotion.mechanism.settled_loops import settled_loops
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.closed_position import Assembly
     from lostmotion.mechanism.closed_statics import Loops, Spring
     from lostmotion.mechanism.closures import Closure
+    from lostmotion.mechanism.opened_constraints import Way
     from lostmotion.mechanism.places import Tree
     from lostmotion.parts.joint import Joint
     from lostmotion.spatial import Floats
@@ -136,7 +137,7 @@ def _home_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
             f"{_by(math.degrees(turn))} deg at least"
         )
         counted, left, held = _count(tree)
-        if left < 0:
+        if left < 0 and holds_drives(tree):
             few = "1 freedom" if left == -1 else f"{-left} freedoms"
             return Mistake(
                 ("closures", worst),
@@ -338,14 +339,18 @@ def refuse_closed(tree: Tree, what: str, instead: str) -> None:
 
 
 def closed_statics(
-    tree: Tree, at: Floats, of_tree: Floats, springs: Callable[[Floats], Sequence[Spring]]
+    tree: Tree,
+    at: Floats,
+    of_tree: Floats,
+    springs: Callable[[Floats], Sequence[Spring]],
+    open_ways: Sequence[Way] = (),
 ) -> tuple[Loops, Floats] | None:
     """Return the closures of a chain and the wrenches on its places (`settled_loops`); None for one
     without closures.
     """
     if not tree.welds:
         return None
-    return settled_loops(tree, at, of_tree, springs, exact=is_exact(tree))
+    return settled_loops(tree, at, of_tree, springs, open_ways, exact=is_exact(tree))
 
 
 def is_exact(tree: Tree) -> bool:

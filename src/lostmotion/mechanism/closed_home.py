@@ -13,6 +13,7 @@ from lostmotion.mechanism.closed_jacobian import (
     balance,
     balanced_jacobian,
     frames_at,
+    loop_columns,
     misfits,
     motion_units,
     moved_on,
@@ -34,6 +35,8 @@ _RANK_AT_HOME: Final = 2e-4
 _BESIDE: Final = 0.02
 # Closures beside home count as met below this misfit, rad and m: far below the way to them.
 _NEARLY_MET: Final = 1e-5
+# Passive joints are moved by this, rad or as a share of the size, away from a singularity.
+_AWAY: Final = 0.3
 _MOST_AT_HOME, _MOST_AIMING = 200, 30
 
 
@@ -181,3 +184,17 @@ def nearby_rank(tree: Tree) -> int:
     motions, found = _newton(tree, beside, start)
     away = np.abs(misfits(tree, frames_at(tree, beside, motions))).max(axis=(1, 2))
     return max((rank_of(each) for each in found[away < _NEARLY_MET]), default=home.rank)
+
+
+def holds_drives(tree: Tree) -> bool:
+    """Return whether closures hold drives also with the passive joints away from where Newton's
+    method ended: where it did not close the chain, that is often a singularity, such as legs
+    stretched towards each other.
+    """
+    _, columns = balance(tree)
+    step = _AWAY * np.sin(np.arange(1.0, len(columns) + 1)) * columns
+    motions = moved_on(tree, home_of(tree).motions, step[None])
+    at = frames_at(tree, np.array(tree.home)[None], motions)
+    passive = balanced_jacobian(tree, at)[0]
+    driven = loop_columns(tree, at, list(tree.moved))[0] * balance(tree)[0][:, None]
+    return rank_of(np.concatenate([driven, passive], axis=1)) > rank_of(passive)

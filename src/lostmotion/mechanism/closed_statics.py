@@ -23,13 +23,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.errors import DidNotConvergeError
 from lostmotion.mechanism.carry import at_tool_point, carry
 from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, twist_units
 from lostmotion.spatial import mapped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
@@ -43,9 +42,6 @@ if TYPE_CHECKING:
 _NULL: Final = 1e-11
 # A part of an error that the closures cannot take up counts above this share of it.
 _TAKEN_UP: Final = 1e-7
-# Rounds in which springs that depend on their load settle, and the change (share) that ends them.
-_ROUNDS: Final = 20
-_SETTLED: Final = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +210,18 @@ class Loops:
             out[place] += np.einsum("pij,pi->pj", moved, self.on_place(place, loads)[..., 0])
         return out
 
+    def loads(self, places: NDArray[np.int64], local: Floats) -> Floats:
+        """Return the loads of the closures (pose, equation, term) by twists at places (term,),
+        local (pose, 6, term) in their axes.
+        """
+        moved = np.empty_like(local)
+        for place in np.unique(places).tolist():
+            here = places == place
+            moved[:, :, here] = at_tool_point(self.at, place) @ local[:, :, here]
+        misfit = np.concatenate([each[places] * moved for each in signs(self.tree)], axis=1)
+        none = np.zeros((len(local), self.columns.shape[2], local.shape[2]))
+        return self.solved(-misfit, none)[0]
+
     def untaken(self, place: int, local: Floats) -> Floats:
         """Return the share (term, pose) of twists at a place, local (6, term, pose), that the loops
         of rigid parts cannot take up: their effect has no answer.
@@ -231,55 +239,3 @@ class Loops:
     def refuses(self, place: int, local: Floats) -> Floats:
         """Return whether (term,) twists at a place have no answer at some pose."""
         return np.asarray((self.untaken(place, local) > _TAKEN_UP).any(axis=1))
-
-
-def settled_loops(
-    tree: Tree,
-    at: Floats,
-    of_tree: Floats,
-    springs: Callable[[Floats], Sequence[Spring]],
-    *,
-    exact: bool,
-) -> tuple[Loops, Floats]:
-    """Return the closures of a chain and the wrenches on its places (place, pose, 6), with the
-    springs at their loads.
-
-    of_tree  (place, pose, 6) wrenches of the open tree
-    springs  returns the springs under wrenches (place, pose, 6)
-    exact    whether the closures determine the passive joints exactly
-
-    Raises DidNotConvergeError where springs that depend on their load do not settle.
-    """
-    if exact:
-        loops = Loops(tree, at, {}, exact)
-        return loops, loops.wrenches(of_tree)
-    found, last = of_tree, None
-    for _ in range(_ROUNDS):
-        own = springs(found)
-        by_place: dict[int, Floats] = {}
-        left: dict[int, Floats] = {}
-        for place, twist, compliance in own:
-            by_place[place] = by_place.get(place, 0.0) + compliance
-            free = twist - np.einsum("pij,pj->pi", compliance, found[place])
-            left[place] = left.get(place, 0.0) + free
-        if last is not None and _equal(last, (by_place, left)):
-            return loops, found
-        last = by_place, left
-        loops, before = Loops(tree, at, by_place, exact), found
-        found = loops.wrenches(of_tree, [(k, each, by_place[k]) for k, each in left.items()])
-        change = np.abs(found - before).max(initial=0.0)
-        if change <= _SETTLED * np.abs(found).max(initial=0.0):
-            return loops, found
-    raise DidNotConvergeError(
-        f"closed chain: the loads of springs that depend on their load did not settle in {_ROUNDS} "
-        "rounds; state springs that do not depend on it"
-    )
-
-
-def _equal(one: tuple[dict[int, Floats], ...], other: tuple[dict[int, Floats], ...]) -> bool:
-    """Return whether the springs of two rounds are equal."""
-    return all(
-        np.allclose(a[place], b[place], rtol=_SETTLED, atol=0.0)
-        for a, b in zip(one, other, strict=True)
-        for place in a
-    )

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from lostmotion.parts.joint import has_axis
+from lostmotion.parts.term import Motion
+
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.parts.base import Base
+    from lostmotion.parts.environment import Environment
     from lostmotion.parts.error_source import ErrorSource
-    from lostmotion.parts.term import Motion, Term
+    from lostmotion.parts.joint import Joint
+    from lostmotion.parts.term import Holding, Term
 
 
 def short_name(name: str) -> str:
@@ -68,3 +80,43 @@ class PlacedTerm:
         """
         joint, kind, _ = self.owner.rpartition(f".{self.kind}")
         return joint + kind or self.owner
+
+
+def placed_parts(
+    base: Base,
+    joints: Sequence[Joint],
+    tree: Tree,
+    environment: Environment,
+    holding: Callable[[int], Holding],
+) -> tuple[PlacedPart, ...]:
+    """Return the parts of a mechanism that have errors, in the order of their places.
+
+    holding  returns the largest static load of a joint, by its index
+    """
+    rise, varies = environment.rise, environment.temperature_varies
+    no_motion = Motion(np.zeros(6), rise=rise, varies=varies)
+    out = [
+        PlacedPart(f"base {name}", "base", None, 0, source, no_motion)
+        for name, source in base.sources.items()
+    ]
+    for k, (joint, (seat, moved, tip)) in enumerate(zip(joints, tree.joints, strict=True)):
+        owner, column = f"joints.{joint.name}", tree.places[moved].joint
+        if joint.mounting is not None:
+            axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
+            out.append(
+                PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis)
+            )
+        motion = Motion(
+            joint.twist,
+            functools.partial(holding, k),
+            rise,
+            varies,
+            joint.limits if has_axis(joint) else None,
+        )
+        out += [
+            PlacedPart(f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion)
+            for name, source in joint.sources.items()
+        ]
+        link = joint.elastic_link
+        out.append(PlacedPart(f"{owner}.link", "link", column, tip, link, no_motion))
+    return tuple(out)

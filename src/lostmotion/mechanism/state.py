@@ -120,7 +120,8 @@ class State:
     def closed(self) -> tuple[Loops, Floats] | None:
         """Return the closures of a closed chain, and the wrenches on its places; None without."""
         springs = functools.partial(springs_under, self)
-        return closed_statics(self.arm.tree, self.frames, self._of_tree, springs)
+        arm = self.arm
+        return closed_statics(arm.tree, self.frames, self._of_tree, springs, arm.open_ways)
 
     @functools.cached_property
     def weights_by_axis(self) -> Floats:

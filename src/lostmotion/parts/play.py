@@ -129,6 +129,14 @@ class InPlay(Form):
         return np.asarray(self.whole(at) * (share if self.above else 1 - share))
 
 
+def seats_of(form: Form) -> tuple[Seat, ...]:
+    """Return the seats of the play in which a form exists; none for a form without play."""
+    decides = form.decides if isinstance(form, InPlay) else form.threshold
+    if isinstance(decides, AnySeat):
+        return decides.seats
+    return (decides,) if isinstance(decides, Seat) else ()
+
+
 @dataclass(frozen=True, eq=False)
 class HeldPlay(InPlay):
     """A play of unit half width: "held" (closed), on the side of the load, or "free" (open), along

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from lostmotion.error_model.opened_constraints import with_larger_error
 from lostmotion.error_model.poses import REPLICATES
 from lostmotion.errors import LostmotionError, refuse_argument, shown
 from lostmotion.extensions import extensions
@@ -186,9 +187,9 @@ class Order(BaseModel):
         """
         with _laid_out(self.files) as folder:
             arm = read_design(folder / self.arm, None, self.stated(design))
-            if self.calibration is None:
-                return arm
-            return arm.calibrated(read_calibration(folder / self.calibration, arm))
+            if self.calibration is not None:
+                arm = arm.calibrated(read_calibration(folder / self.calibration, arm))
+        return with_larger_error(arm)
 
     def listed(self, arm: Arm) -> Floats | None:
         """Return the poses that the job lists for this arm. None where they follow from a law."""

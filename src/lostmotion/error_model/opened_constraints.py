@@ -1,0 +1,115 @@
+"""Over-constrained chains with plays: whether the constraint that a play could open is closed or
+open, whichever makes the larger error.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.errors import InputError
+from lostmotion.mechanism.assembly import may_not_assemble
+from lostmotion.mechanism.carry import at_tool_point
+from lostmotion.mechanism.even_poses import few_even_poses
+from lostmotion.mechanism.opened_constraints import has_redundant, redundant_ways, ways_of
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.mechanism.state import state_of
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.opened_constraints import Way
+    from lostmotion.spatial import Floats
+
+# Every fourth of the 256 poses spread evenly.
+_EVERY: Final = 4
+_DEVIATIONS: Final = 2
+
+
+def redundant_plays(arm: Arm, q: Floats) -> list[Way]:
+    """Return the plays in directions of constraints that the closed chain does not need, at any of
+    these values of the driven joints (pose, joint).
+    """
+    closed = state_of(arm, q).closed if has_redundant(arm.tree) else None
+    if closed is None:
+        return []
+    return [way for way in ways_of(arm.terms) if redundant_ways(closed[0], way).any()]
+
+
+def plays_that_may_open(arm: Arm, q: Floats) -> list[Way]:
+    """Return those of `redundant_plays` that loads and errors do not carry across, at any of these
+    poses.
+    """
+    return [way for way in redundant_plays(arm, q) if _may_be_open(arm, q, way)]
+
+
+def _may_be_open(arm: Arm, q: Floats, way: Way) -> bool:
+    """Return whether a part with its constraints open stays within its play at any of these poses
+    (pose, joint): loads and errors, their mean and two deviations, move it less than that far.
+    """
+    matrix = screws(state_of(arm.with_open_play(way.part), q))
+    if matrix.state.closed is None:
+        return False
+    loops, wrenches = matrix.state.closed
+    # position in the play (pose, m, 6) per wrench on the place
+    gives = np.linalg.pinv(way.directions.T) @ loops.compliance[way.place]
+    own = at_tool_point(loops.at, way.place).transpose(0, 2, 1)
+    errors = gives @ own @ loops.on_place(way.place, loops.loads(matrix.place, matrix.local))
+    drawn = np.array([bool(info.draws) for info in matrix.infos])
+    fixed = np.array([not (info.draws or info.of.term.form.elastic) for info in matrix.infos])
+    others = np.array([info.of.whole_part != way.part for info in matrix.infos])
+    moved = (gives @ wrenches[way.place, :, :, None])[..., 0]
+    moved = moved + errors[:, :, fixed & others].sum(axis=2)
+    spread = np.sqrt((errors[:, :, drawn & others] ** 2).sum(axis=2))
+    return bool((np.abs(moved) - _DEVIATIONS * spread <= way.half).all(axis=1).any())
+
+
+def with_larger_error(arm: Arm) -> Arm:
+    """Return an over-constrained arm with all its constraints closed, or with those open that the
+    play of one part opens: whichever has the largest r.m.s. error over 64 poses spread evenly, with
+    a remark on both. Any other arm as it is.
+
+    Loads smaller than those that carry a part across its play leave a redundant constraint open,
+    larger ones close it; which it is differs from robot to robot. Plays of several parts that are
+    open together are not evaluated.
+    """
+    if not may_not_assemble(arm) or arm.open_ways or not has_redundant(arm.tree):
+        return arm
+    try:
+        q = few_even_poses(arm)[::_EVERY]
+    except InputError:  # assembled nowhere: what is asked of it says so
+        return arm
+    if not redundant_plays(arm, q):
+        return arm
+    where = f"at {len(q)} poses spread evenly"
+    parts = [way.part for way in plays_that_may_open(arm, q)]
+    every = {part: _root_mean_square(arm.with_open_play(part), q) for part in parts}
+    errors = {part: error for part, error in every.items() if not math.isnan(error)}
+    if not errors:
+        return arm.with_open_play(
+            "",
+            f"loads and errors carry every part across its play in redundant constraints {where}: "
+            "they are all closed",
+        )
+    largest = max(errors, key=lambda part: errors[part])
+    ratio, name = errors[largest] / _root_mean_square(arm, q), short_name(largest)
+    counted = f"{name} open" if ratio > 1 else "all closed"
+    return arm.with_open_play(
+        largest if ratio > 1 else "",
+        f"plays of {len(errors)} parts may leave redundant constraints open. Opened one by one, "
+        f"that of {name} makes the largest r.m.s. error {where}: {ratio:.4g} times that with all "
+        f"closed. All figures are for the larger error: {counted}",
+    )
+
+
+def _root_mean_square(arm: Arm, q: Floats) -> float:
+    """Return the r.m.s. error of the tool point (m) at these poses (pose, joint); NaN where
+    rigid parts leave an error without an answer.
+    """
+    try:
+        squares = screws(state_of(arm, q)).merged.level_squares
+    except InputError:
+        return math.nan
+    return math.sqrt(float(np.mean(squares.sum(axis=1))))
