@@ -21,6 +21,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.view.choices import Choices
 from lostmotion.analyses.view.session import Session
+from lostmotion.mechanism.state import tool_points
 from tests.browser.chromium import CHROMIUM, Browser
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -221,6 +222,46 @@ def test_values_of_the_page_have_an_effect(window):
         wait(lambda: not window._session.choices.compensated)
 
 
+def drag(position, wxyz=(1.0, 0.0, 0.0, 0.0), **others):
+    """Return the message of a page whose handle at the tool is dragged."""
+    return {
+        "type": "TransformControlsUpdateMessage",
+        "name": "/handle",
+        "wxyz": wxyz if isinstance(wxyz, str) else list(wxyz),
+        "position": position,
+        "owner": "",
+        **others,
+    }
+
+
+def test_the_tool_follows_its_handle(window):
+    """The tool is where the handle was dragged, the sliders show the pose, and the handle is at the
+    tool once it is let go.
+    """
+    joints, *_ = controls(window)
+    steps = [
+        {"type": f"TransformControlsDrag{end}Message", "name": "/handle", "owner": ""}
+        for end in ("Start", "End")
+    ]
+    with connected(window) as send:
+        send(CAMERA)
+        send(update(joints[0], value=20))
+        wait(lambda: math.isclose(window._session.q[0], math.radians(20)))
+        point = tool_points(window._session.arm, window._session.q)[0] + [-0.02, 0.03, 0.0]
+
+        def there():
+            return np.allclose(tool_points(window._session.arm, window._session.q), point)
+
+        send(steps[0])
+        send(drag(point.tolist()))
+        wait(there)
+        wait(lambda: abs(joints[0].value - math.degrees(window._session.q[0])) <= 0.5)
+        send(drag([9.0, 0.0, 0.0]))
+        wait(lambda: not there())
+        send(steps[1])
+        wait(lambda: np.linalg.norm(window._scene._handle.position) < 1.0)
+
+
 NUMBERS = [
     math.nan,
     math.inf,
@@ -310,6 +351,12 @@ def hostile(window):
         ("abc", "abc"),
     ):
         yield {**click, "ray_origin": origin, "ray_direction": direction}
+    far = [1e9, 0.0, 0.0]
+    yield from map(drag, (far, [math.nan, 0.0, 0.0], [0.1, 0.2], "abc", None, [[0.1] * 3] * 3))
+    yield from (drag([0.1, 0.2, 0.3], wxyz) for wxyz in ([1.0] * 3, [math.inf] * 4, "abcd"))
+    yield from (drag([0.1] * 3, **more) for more in ({"owner": "x"}, {"name": "x"}, {"a": 1}))
+    yield {"type": "TransformControlsDragStartMessage", "name": "/base", "owner": ""}
+    yield {"type": "TransformControlsDragEndMessage", "name": "/handle", "owner": "", "x": 1}
     yield from (
         b"",
         b"\xc1",

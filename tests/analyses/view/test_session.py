@@ -93,6 +93,26 @@ def test_poses_stay_within_the_limits(session):
     assert session.step().q[1] == session.arm.limits[1, 0]
 
 
+def test_a_point_leads_the_tool_and_leaves_its_orientation(session):
+    """With six drives; a point out of reach leads it towards that point, within the limits."""
+    session.move(np.radians([20.0, -60.0, 70.0, -30.0, 40.0, 10.0]))
+    before = session.step().at[-1]
+    assert not session.led
+    session.lead(before[:3, 3] + [0.03, -0.02, 0.01])
+    after = session.step()
+    assert session.led
+    np.testing.assert_allclose(after.at[-1, :3, 3], before[:3, 3] + [0.03, -0.02, 0.01], atol=1e-8)
+    np.testing.assert_allclose(after.at[-1, :3, :3], before[:3, :3], atol=1e-8)
+    np.testing.assert_array_equal(session.q, after.q)
+    session.lead(np.array([50.0, 0.0, 0.0]))
+    far = session.step()
+    assert far.at[-1, 0, 3] > after.at[-1, 0, 3]
+    low, high = session.arm.limits.T
+    assert ((low <= far.q) & (far.q <= high)).all()
+    with pytest.raises(ValueError, match="finite"):
+        session.lead(np.array([np.nan, 0.0, 0.0]))
+
+
 def test_an_impossible_choice_is_refused_and_leaves_the_arm_as_it_was(session):
     """The reason is reported; the next move shows the arm before the choice."""
     before = session.step()
@@ -129,7 +149,10 @@ def test_a_closed_chain_moves_where_it_is_assembled():
     assert isinstance(session.step(), Figures)
     complete(session)
     session.move(np.full(3, 0.29))
-    np.testing.assert_allclose(session.step().at[-1, :2, 3], 0, atol=1e-9)
+    tool = session.step().at[-1, :3, 3]
+    np.testing.assert_allclose(tool[:2], 0, atol=1e-9)
+    session.lead(tool + [0.02, -0.01, 0.005])
+    np.testing.assert_allclose(session.step().at[-1, :3, 3], tool + [0.02, -0.01, 0.005], atol=1e-8)
     session.move(np.array([0.37, 0.23, 0.37]))
     refused = session.step()
     assert isinstance(refused, Refused)

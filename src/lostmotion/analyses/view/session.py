@@ -14,6 +14,7 @@ from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.pose_matrix import Columns
 from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
 from lostmotion.errors import LostmotionError
+from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import Analytic, DrawnColumns, joined, of_screws
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 
 
 _Q95: Final = LEVELS.index(0.95)
+# From so many drives on the orientation of the tool stays while its point is dragged.
+_ALL: Final = 6
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,8 @@ class Session:
         self._lock, self._news = threading.Lock(), threading.Event()
         self._q, self._choices = np.array(q, dtype=float), Choices(arm.payload.mass)
         self._moved, self._chosen = True, True
+        self._point: Floats | None = None
+        self.led = False  # whether the last pose was found for a point of the tool
         self._live: LiveArm | None = None
         self._workspace: Iterator[ErrorOverWorkspace | None] | None = None
         self._news.set()
@@ -190,6 +195,19 @@ class Session:
             self._q[index], self._moved = np.clip(value, *self._file.limits[index]), True
         self._news.set()
 
+    def lead(self, point: Floats) -> None:
+        """Ask for a pose with the tool at a point (3,), m, in the base's frame. Raises ValueError
+        for a value that is no finite number.
+
+        It is the pose in which damped Newton steps from the newest one end, within the joint
+        limits: at the point, or where the arm does not get nearer to it. From six drives on the
+        tool keeps its orientation.
+        """
+        _require_finite(point)
+        with self._lock:
+            self._point = np.asarray(point, dtype=float)
+        self._news.set()
+
     def choose(self, **changes: Any) -> None:  # noqa: ANN401 - fields of Choices
         """Ask for other choices; fields that are not named stay. Raises ValueError for a payload
         that an arm file could not state.
@@ -217,9 +235,15 @@ class Session:
         """Compute what is asked for next and return it; None where nothing is complete."""
         with self._lock:
             q, choices, moved, chosen = self._q, self._choices, self._moved, self._chosen
+            point, self._point = self._point, None
             self._moved = self._chosen = False
             self._news.clear()
+        if moved or chosen or point is not None:
+            self.led = point is not None
         try:
+            if point is not None:
+                q = self._q = _led(self._file, q, point)
+                moved = True
             return self._compute(q, choices, moved=moved, chosen=chosen)
         except (LostmotionError, ValueError) as error:
             return Refused(str(error))
@@ -244,6 +268,14 @@ class Session:
         return found_there
 
 
+def _led(arm: Arm, q: Floats, point: Floats) -> Floats:
+    """Return the pose (joint,) with the tool at a point (3,), from the pose q; see `lead`."""
+    wanted = np.array(tool_and_jacobian(arm, q)[0])
+    wanted[0, :3, 3] = point
+    found, _ = inverse_kinematics(arm, wanted, q, with_orientation=len(q) >= _ALL)
+    return np.asarray(found[0])
+
+
 def _require_finite(values: Floats | float) -> None:
     if not np.isfinite(values).all():
-        raise ValueError("a joint value is not a finite number")
+        raise ValueError("a value is not a finite number")

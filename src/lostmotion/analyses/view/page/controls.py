@@ -143,10 +143,12 @@ class Controls:
         return asked
 
     def go_to(self, q: Floats) -> None:
-        """Go to a pose q (joint,), rad and m, and let the sliders show it, rounded to their
-        steps.
-        """
+        """Go to a pose q (joint,), rad and m, and let the sliders show it."""
         self._session.move(q)
+        self.show_pose(q)
+
+    def show_pose(self, q: Floats) -> None:
+        """Let the sliders show a pose q (joint,), rad and m, rounded to their steps."""
         for k, (slider, joint, value) in enumerate(
             zip(self._sliders, self._session.arm.driven, q.tolist(), strict=True)
         ):

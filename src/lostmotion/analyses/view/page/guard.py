@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # Bytes of one message; a pose of the camera has some 500.
 _LARGEST: Final = 100_000
+# What a message about a handle may hold besides: all pages share the scene.
+_OF_EVERYBODY: Final[tuple[dict[str, str], ...]] = ({}, {"owner": ""})
 # The address contains the token, so no other page may learn it; no other page may show this one in
 # a frame.
 _HEADERS: Final = {
@@ -106,8 +108,8 @@ class Guard:
         return response
 
     def accepts(self, raw: str | bytes) -> bool:
-        """Return whether a message is one that the page sends: the pose of its camera, a click, or
-        a value that a control can take.
+        """Return whether a message is one that the page sends: the pose of its camera, a click, a
+        value that a control can take, or a point to which a handle may be dragged.
         """
         import msgspec
 
@@ -117,7 +119,7 @@ class Guard:
             return False
         match message:
             case {"type": "ViewerCameraMessage", **fields}:
-                return all(
+                fits = all(
                     is_number(value) or _is_vector(value, 3) or _is_vector(value, 4)
                     for value in fields.values()
                 )
@@ -129,7 +131,7 @@ class Guard:
                 "screen_pos": [place],
                 **rest,
             }:
-                return (
+                fits = (
                     _is_vector(origin, 3)
                     and _is_vector(direction, 3)
                     and any(direction)
@@ -143,13 +145,40 @@ class Guard:
                 **rest,
             }:
                 check = self.checks.get(control)
-                return check is not None and not others and not rest and check(value)
-        return False
+                fits = check is not None and not others and not rest and check(value)
+            case {
+                "type": "TransformControlsUpdateMessage",
+                "name": str(handle),
+                "wxyz": turn,
+                "position": point,
+                **rest,
+            }:
+                check = self.checks.get(handle)
+                fits = (
+                    check is not None
+                    and check(point)
+                    and _is_vector(turn, 4)
+                    and rest in _OF_EVERYBODY
+                )
+            case {
+                "type": "TransformControlsDragStartMessage" | "TransformControlsDragEndMessage",
+                "name": str(handle),
+                **rest,
+            }:
+                fits = handle in self.checks and rest in _OF_EVERYBODY
+            case _:
+                fits = False
+        return fits
 
 
 def is_number(value: object) -> bool:
     """Return whether a value is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def is_point(value: object) -> bool:
+    """Return whether a value is a list of three finite numbers."""
+    return _is_vector(value, 3)
 
 
 def _is_vector(value: object, count: int) -> bool:

@@ -112,6 +112,9 @@ _WITHIN_95: Final = 2.7955
 # Sizes of marks over the size of the picture.
 _TOOL, _SHAFT, _HEAD, _HEAD_LENGTH, _POINT, _THINNEST = 0.006, 0.004, 0.011, 0.025, 0.0095, 0.002
 _SIDES: Final = 40
+# Name of the handle by which the tool is dragged, and its size over that of the picture.
+HANDLE: Final = "/handle"
+_HANDLE: Final = 0.08
 
 
 class Scene:
@@ -151,6 +154,10 @@ class Scene:
         self._ellipsoid = self._scene.add_icosphere(
             "/ellipsoid", 1.0, _ERROR, opacity=0.45, cast_shadow=False
         )
+        self._handle = self._scene.add_transform_controls(
+            HANDLE, _HANDLE * self._size, disable_rotations=True, depth_test=False
+        )
+        self._held = False
         sizes = {
             "shaft_radius": _SHAFT * self._size,
             "head_radius": _HEAD * self._size,
@@ -159,6 +166,17 @@ class Scene:
         self._arrow = self._scene.add_arrows(
             "/mean_error", np.zeros((1, 2, 3), dtype=np.float32), _ERROR, **sizes
         )
+
+    def on_drag(self, act: Callable[[Floats | None], None]) -> None:
+        """Call `act` with the point (3,), m, to which the handle at the tool is dragged, and with
+        None when it is let go.
+        """
+
+        def take(event: Any) -> None:  # noqa: ANN401 - an event of viser
+            self._held = event.phase != "end"
+            act(np.array(event.target.position) if event.phase == "update" else None)
+
+        self._handle.on_update(take)
 
     def show_shape(self, arm: Arm) -> None:
         """Show the bodies of an arm; none where the meshes of its URDF are shown."""
@@ -197,6 +215,8 @@ class Scene:
             node.position, node.wxyz = pose[:3, 3], SO3.from_matrix(pose[:3, :3]).wxyz
         tool = figures.at[-1, :3, 3]
         self._tool.position = tool
+        if not self._held:
+            self._handle.position = tool
         self._ellipsoid.visible = self._arrow.visible = factor is not None
         if factor is None:
             return

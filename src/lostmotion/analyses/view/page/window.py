@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.view.page.controls import Controls
-from lostmotion.analyses.view.page.guard import Guard
+from lostmotion.analyses.view.page.guard import Guard, is_point
 from lostmotion.analyses.view.page.picture import Framing, classes_of, enlargement, picked, visible
-from lostmotion.analyses.view.page.scene import Scene
+from lostmotion.analyses.view.page.scene import HANDLE, Scene
 from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Refused
 from lostmotion.mechanism.state import tool_points
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.view.page.picture import Classes
     from lostmotion.analyses.view.session import Session
     from lostmotion.error_model.poses import Poses
+    from lostmotion.spatial import Floats
 
 # No other computer may reach the view: what it sends is not encrypted.
 _HOST: Final = "127.0.0.1"
@@ -35,6 +36,8 @@ _IDLE: Final = 0.25
 # Seconds between the texts and the picture of one pose, in which the server's own thread sends the
 # texts.
 _APART: Final = 0.003
+# How far from the base's origin the tool may be dragged, over the size of the picture.
+_REACH: Final = 10.0
 
 
 class Window:
@@ -91,9 +94,13 @@ class Window:
         self._stop, self._redraw = threading.Event(), threading.Event()
         self._failure: Exception | None = None
         self._controls = Controls(gui, session, self._redraw.set, announce)
-        self._guard.checks = self._controls.checks
+        reach = _REACH * self._framing.size
+        self._guard.checks = self._controls.checks | {
+            HANDLE: lambda point: is_point(point) and bool(np.linalg.norm(point) <= reach)
+        }
         self._controls.warn(self._warning)
         self._server.scene.on_click()(self._on_click)
+        self._scene.on_drag(self._on_drag)
         self._worker = threading.Thread(target=self._work, daemon=True, name="lostmotion view")
         self._worker.start()
 
@@ -182,6 +189,8 @@ class Window:
     def _show_texts(self) -> None:
         self._controls.warn(self._warning)
         if self._figures is not None:
+            if self._session.led:
+                self._controls.show_pose(self._figures.q)
             self._count += 1
             self._controls.show(
                 self._figures, self._workspace, self._factor, self._count, self._milliseconds
@@ -203,6 +212,12 @@ class Window:
             )
         if self._figures is not None:
             self._scene.show_pose(self._figures, self._factor)
+
+    def _on_drag(self, point: Floats | None) -> None:
+        if point is None:  # the handle returns to the tool
+            self._session.move(self._session.q)
+        else:
+            self._session.lead(point)
 
     def _on_click(self, event: Any) -> None:  # noqa: ANN401 - an event of viser
         workspace, points = self._workspace, self._points
