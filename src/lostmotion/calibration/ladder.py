@@ -151,25 +151,27 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
     return Climb(tried[-1][0], seen, tuple(rungs), before, after)
 
 
-def _refusal(name: str, before: Rung, model: RobotModel, found: Estimates, held: HeldOut) -> str:
+def _refusal(
+    name: str, before: Rung, model: RobotModel, estimates: Estimates, held: HeldOut
+) -> str:
     """Return why a family is not kept, in a clause; empty where it is."""
-    if name == HARMONICS and not found.orders:
+    if name == HARMONICS and not estimates.orders:
         return "the evidence is for none"
-    used = counted(found.weights)
+    used = counted(estimates.weights)
     better, error = paired(before.blocked.error[used], held.error[used])
-    if found.evidence <= before.fit.evidence:
+    if estimates.evidence <= before.fit.evidence:
         return "the log evidence does not rise"
     if better <= error:
         return (
             "held-out regions are not predicted better by more than one standard error of the "
             "difference"
         )
-    return _impossible(model, found) if name == COMPLIANCE else ""
+    return _impossible(model, estimates) if name == COMPLIANCE else ""
 
 
-def _impossible(model: RobotModel, found: Estimates) -> str:
+def _impossible(model: RobotModel, estimates: Estimates) -> str:
     """Return which joint is estimated to yield against its load, in a clause; empty for none."""
-    deviation = np.sqrt(np.diag(found.covariance))
+    deviation = np.sqrt(np.diag(estimates.covariance))
     for k, owner in enumerate(model.owners):
         if is_compliance(owner):
             of = next(i.of for i, n in zip(model.matrix.infos, model.of, strict=True) if n == k)
@@ -181,7 +183,7 @@ def _impossible(model: RobotModel, found: Estimates) -> str:
                 and isinstance(each.of.term.form, Spring)
                 and each.of.term.form.elastic
             )
-            least = found.mean[k] + _IMPOSSIBLE * deviation[k]
+            least = estimates.mean[k] + _IMPOSSIBLE * deviation[k]
             if stated + of.term.scale * least < 0:
                 return f"the estimate for {owner} is below zero, which no joint can have"
     return ""

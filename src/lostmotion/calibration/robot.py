@@ -144,9 +144,9 @@ class Robot:
         """Return the arm of this robot."""
         return self.arm.calibrated(self.calibration)
 
-    def noise(self, found: Estimates) -> float:
+    def noise(self, estimates: Estimates) -> float:
         """Return the standard deviation of a coordinate at one visit, m, by a fit."""
-        return float(np.hypot(found.noise, self.repeated.reading**0.5))
+        return float(np.hypot(estimates.noise, self.repeated.reading**0.5))
 
 
 def robot_of(  # noqa: PLR0913 - a calibration is these choices

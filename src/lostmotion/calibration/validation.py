@@ -155,11 +155,11 @@ def cross_validate(
     return HeldOut(error, distances, rows, folds)
 
 
-def held_out(model: RobotModel, instrument: Instrument, found: Estimates) -> HeldOut:
+def held_out(model: RobotModel, instrument: Instrument, estimates: Estimates) -> HeldOut:
     """Return measurements at these poses against the predictions of a fit."""
-    residual, columns, scatter = linearised(model, instrument, found.mean)
-    noise = found.noise**2 * np.diag(instrument.noise**2)
-    covariance = columns @ found.covariance @ columns.transpose(0, 2, 1) + scatter + noise
+    residual, columns, scatter = linearised(model, instrument, estimates.mean)
+    noise = estimates.noise**2 * np.diag(instrument.noise**2)
+    covariance = columns @ estimates.covariance @ columns.transpose(0, 2, 1) + scatter + noise
     return HeldOut(
         instrument.error(residual),
         (whitened(residual, covariance) ** 2).sum(axis=1),

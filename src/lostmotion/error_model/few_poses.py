@@ -78,11 +78,13 @@ class Squares:  # noqa: PLW1641 - arrays have no hash
         """
         return self.root_mean_square(weights), root_mean_square(self.many @ weights)
 
-    def known_ends(self, found: Estimate, weights: Sequence[float] | Floats) -> Estimate:
+    def known_ends(self, estimate: Estimate, weights: Sequence[float] | Floats) -> Estimate:
         """Return a figure over these poses, its upper or lower end NaN where they lack rare poses
         with larger or smaller errors (`known_ends`); weights of the levels in the figure.
         """
-        return known_ends(found, *self.root_mean_squares(weights)) if len(self.many) else found
+        return (
+            known_ends(estimate, *self.root_mean_squares(weights)) if len(self.many) else estimate
+        )
 
 
 def ap_weights(visits: int) -> tuple[float, float, float]:
@@ -120,12 +122,12 @@ def many_poses(arm: Arm, poses: Poses) -> Poses | None:
 
 
 def known_ends(
-    found: Estimate, visited: Estimate, many: Estimate, size: float | None = None
+    estimate: Estimate, visited: Estimate, many: Estimate, size: float | None = None
 ) -> Estimate:
     """Return an estimate whose upper (lower) end is NaN if the visited poses lack poses with larger
     (smaller) errors.
 
-    found          figure over the visited poses, or its difference between two arms
+    estimate       figure over the visited poses, or its difference between two arms
     visited, many  root mean square of the errors in it over the visited and over many poses, or its
                    difference, m
     size           root mean square to which rounding is relative, m; default: that of `many`
@@ -135,5 +137,5 @@ def known_ends(
     """
     rounding = _ROUNDING * (many.value if size is None else size)
     if many.low > visited.high + rounding:
-        return replace(found, high=math.nan)
-    return replace(found, low=math.nan) if many.high < visited.low - rounding else found
+        return replace(estimate, high=math.nan)
+    return replace(estimate, low=math.nan) if many.high < visited.low - rounding else estimate

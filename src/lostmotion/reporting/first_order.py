@@ -91,12 +91,12 @@ def _falls(arm: Arm, places: NDArray[np.int64], name: str = "The arm") -> str:
     )
 
 
-def _droops(found: Droop) -> str:
+def _droops(droop: Droop) -> str:
     """Return the remark on a soft arm that it droops."""
     return (
-        f"droops by up to {length(found.length)} ({math.degrees(found.turn):.2g}°) under its own "
+        f"droops by up to {length(droop.length)} ({math.degrees(droop.turn):.2g}°) under its own "
         "weight, payload and process force; its errors are those where it stands"
-        if found.turn >= _MENTIONED
+        if droop.turn >= _MENTIONED
         else ""
     )
 
@@ -166,8 +166,8 @@ def unsure(outcome: Outcome) -> Outcome:
     )
 
 
-def _alone(found: Estimate) -> Estimate:
-    return replace(found, low=math.nan, high=math.nan)
+def _alone(estimate: Estimate) -> Estimate:
+    return replace(estimate, low=math.nan, high=math.nan)
 
 
 def failed(failing: Sequence[Outcome], designs: int, named: Callable[[int], str]) -> list[str]:

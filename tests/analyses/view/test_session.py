@@ -151,8 +151,9 @@ def test_a_closed_chain_moves_where_it_is_assembled():
     session.move(np.full(3, 0.29))
     tool = session.step().at[-1, :3, 3]
     np.testing.assert_allclose(tool[:2], 0, atol=1e-9)
-    session.lead(tool + [0.02, -0.01, 0.005])
-    np.testing.assert_allclose(session.step().at[-1, :3, 3], tool + [0.02, -0.01, 0.005], atol=1e-8)
+    point = tool + np.array([0.02, -0.01, 0.005])
+    session.lead(point)
+    np.testing.assert_allclose(session.step().at[-1, :3, 3], point, atol=1e-8)
     session.move(np.array([0.37, 0.23, 0.37]))
     refused = session.step()
     assert isinstance(refused, Refused)

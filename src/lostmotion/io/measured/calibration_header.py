@@ -144,10 +144,10 @@ def _misspelt(file: str, number: int, line: str) -> list[Problem]:
     return [Problem(file, f"line {number}", shown(key), expected, "", near[0])]
 
 
-def _camera(found: dict[str, float]) -> Camera | None:
+def _camera(values: dict[str, float]) -> Camera | None:
     """Return the camera where all of it is stated."""
     keys = (*_CAMERA, "tag size")
-    return Camera(*(found[key] for key in keys)) if set(keys) <= set(found) else None
+    return Camera(*(values[key] for key in keys)) if set(keys) <= set(values) else None
 
 
 def _mistake(file: str, line: int, found: str, known: list[str], example: str) -> Problem:
@@ -157,7 +157,7 @@ def _mistake(file: str, line: int, found: str, known: list[str], example: str) -
     )
 
 
-def _compared(found: dict[str, float], arm: Arm) -> list[str]:
+def _compared(values: dict[str, float], arm: Arm) -> list[str]:
     """Return remarks on a payload and a temperature that are not those of the arm's file."""
     rise, temperature = arm.environment.rise, None
     if rise is not None:
@@ -165,12 +165,12 @@ def _compared(found: dict[str, float], arm: Arm) -> list[str]:
     known = {"payload": (arm.payload.mass, "kg", 0.0), "temperature": (temperature, "°C", 273.15)}
     out = []
     for name, (here, unit, zero) in known.items():
-        if name not in found:
+        if name not in values:
             continue
-        there = found[name] - zero
+        there = values[name] - zero
         if here is None:
             out.append(f"measured at {there:.4g} {unit}; the arm file states no {name}")
-        elif abs(found[name] - here) > _SAME[name]:
+        elif abs(values[name] - here) > _SAME[name]:
             own = f"{here - zero:.4g} {unit}"
             out.append(f"measured with a {name} of {there:.4g} {unit}; the arm file has {own}")
     return out

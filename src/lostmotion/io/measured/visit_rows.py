@@ -33,16 +33,16 @@ _OPTIONAL: Final = (COMMANDED, ORIENTATION, COMMANDED_ORIENTATION)
 _NO_READING: Final = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---"})
 
 
-def _missing(file: str, found: Collection[str]) -> list[Problem]:
+def _missing(file: str, names: Collection[str]) -> list[Problem]:
     """Return the mistakes of missing and contradictory columns."""
     out = []
     whole = {
-        group: [role for role in group if role in found]
+        group: [role for role in group if role in names]
         for group in (ATTAINED, DEVIATION, COMMANDED, ORIENTATION, COMMANDED_ORIENTATION)
     }
     for group, there in whole.items():
         if there and len(there) < len(group):
-            missing = [role for role in group if role not in found]
+            missing = [role for role in group if role not in names]
             out.append(
                 Problem(
                     file,
@@ -74,7 +74,7 @@ def _missing(file: str, found: Collection[str]) -> list[Problem]:
                 "dx [mm], dy [mm], dz [mm], xc [mm], yc [mm], zc [mm]",
             )
         )
-    if not whole[COMMANDED] and not {"pose", "path"} & {*found}:
+    if not whole[COMMANDED] and not {"pose", "path"} & {*names}:
         out.append(
             Problem(
                 file,
@@ -84,7 +84,7 @@ def _missing(file: str, found: Collection[str]) -> list[Problem]:
                 HEADER,
             )
         )
-    if "path" in found and "cycle" not in found:
+    if "path" in names and "cycle" not in names:
         out.append(
             Problem(
                 file,

@@ -72,69 +72,69 @@ _DRIFTED: Final = (
 )
 
 
-def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
+def calibrated_sheet(answer: CalibrationAnswer) -> Sheet:
     """Return the sheet of a calibration."""
-    robot = found.robot
-    counted = found.counts
+    robot = answer.robot
+    counted = answer.counts
     return Sheet(
         name=robot.arm.name,
         subject="calibration of one robot",
-        verdict=_verdict(found),
-        cards=_cards(found),
+        verdict=_verdict(answer),
+        cards=_cards(answer),
         sections=(
-            _accuracy(found),
-            _families(found, counted),
-            *_repeats(found),
-            *_released(found),
-            _estimates(found),
-            *_periodic(found),
-            *_frames(found),
-            predicted_accuracy(found),
-            *refusals(found),
-            next_measurements(found),
-            _rows(found),
+            _accuracy(answer),
+            _families(answer, counted),
+            *_repeats(answer),
+            *_released(answer),
+            _estimates(answer),
+            *_periodic(answer),
+            *_frames(answer),
+            predicted_accuracy(answer),
+            *refusals(answer),
+            next_measurements(answer),
+            _rows(answer),
         ),
-        counts=f"{counted}, seed {found.seed}",
-        warnings=found.warnings,
-        notes=(*found.remaining, *robot.arm.notes),
+        counts=f"{counted}, seed {answer.seed}",
+        warnings=answer.warnings,
+        notes=(*answer.remaining, *robot.arm.notes),
         words=_WORDS,
-        source=f"{counted}, seed {found.seed}, data {found.visits.digest}. The same files, version "
-        "and seed give the same bytes.",
-        seed=found.seed,
+        source=f"{counted}, seed {answer.seed}, data {answer.visits.digest}. The same files, "
+        "version and seed give the same bytes.",
+        seed=answer.seed,
         facts={
             "arm": robot.arm.name,
-            "findings": list(found.findings),
+            "findings": list(answer.findings),
             "data": {
-                "poses": len(found.visits),
-                "visits": found.taken,
-                "hash": found.visits.digest,
+                "poses": len(answer.visits),
+                "visits": answer.taken,
+                "hash": answer.visits.digest,
             },
             "noise_m": robot.noise(robot.climb.kept.fit),
             "inflation": robot.inflation,
-            "variance_elsewhere": found.elsewhere,
+            "variance_elsewhere": answer.elsewhere,
         },
     )
 
 
-def _verdict(found: CalibrationAnswer) -> str:
-    first, held, _ = found.errors_held_out
+def _verdict(answer: CalibrationAnswer) -> str:
+    first, held, _ = answer.errors_held_out
     sizes = (first.mean(), held.mean(), np.quantile(held, _QUANTILE))
     before, after, most = (length(float(each)) for each in sizes)
     text = (
         f"Before {before}, after {after} at poses that were not measured (95 % {most}), each with "
         "the best base and tool frame."
     )
-    return " ".join([text, *(f"{each[0].upper()}{each[1:]}." for each in found.findings)])
+    return " ".join([text, *(f"{each[0].upper()}{each[1:]}." for each in answer.findings)])
 
 
-def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
-    climb = found.robot.climb
-    before, after, blocked = (str(length(float(each.mean()))) for each in found.errors_held_out)
+def _cards(answer: CalibrationAnswer) -> tuple[Card, ...]:
+    climb = answer.robot.climb
+    before, after, blocked = (str(length(float(each.mean()))) for each in answer.errors_held_out)
     cards = [
         Card("before", before, "base and tool frame alone"),
         Card("after", after, "mean error, held out"),
         Card("excluded regions", blocked, "mean error, held out"),
-        Card("noise", str(length(found.robot.noise(climb.kept.fit))), "of a coordinate"),
+        Card("noise", str(length(answer.robot.noise(climb.kept.fit))), "of a coordinate"),
     ]
     released = len(climb.kept.fit.released)
     if released:
@@ -142,10 +142,10 @@ def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
     return tuple(cards)
 
 
-def _accuracy(found: CalibrationAnswer) -> Section:
-    climb, used = found.robot.climb, found.counted
+def _accuracy(answer: CalibrationAnswer) -> Section:
+    climb, used = answer.robot.climb, answer.counted
     counted = several(int(used.sum()), "pose")
-    before, random, blocked = found.errors_held_out
+    before, random, blocked = answer.errors_held_out
 
     def row(label: str, error: Floats, note: str, key: str) -> Row:
         mean = float(error.mean())
@@ -160,43 +160,43 @@ def _accuracy(found: CalibrationAnswer) -> Section:
     note = (
         f"{100 * climb.kept.blocked.coverage:.0f} % of the measurements in excluded regions are "
         "within their 95 % regions, whose covariances the other regions inflate; those of the "
-        f"result are multiplied by {found.robot.inflation:.3g}"
+        f"result are multiplied by {answer.robot.inflation:.3g}"
     )
-    if len(found.visits) < FEWEST_COUNTED:
+    if len(answer.visits) < FEWEST_COUNTED:
         note += f"; coverage is not judged from fewer than {FEWEST_COUNTED} poses"
-    aside = found.robot.aside
+    aside = answer.robot.aside
     if aside is not None:
-        share = 100 * aside.within(found.robot.inflation).mean()
+        share = 100 * aside.within(answer.robot.inflation).mean()
         note += f"; of the {several(len(aside.error), 'row')} kept aside {share:.0f} %"
     return table(
         "accuracy",
         "Accuracy before and after",
         ("mean", "95th percentile", "largest"),
         [
-            row("as measured", found.raw[used], "nominal arm, base as measured", "raw"),
+            row("as measured", answer.raw[used], "nominal arm, base as measured", "raw"),
             row("base and tool frame", before, "held out, random folds", "before"),
             row("calibrated, random folds", random, "held out", "random"),
             row("calibrated, excluded regions", blocked, "held out", "blocked"),
             *([] if aside is None else [row("kept aside", aside.error, "not used", "aside")]),
-            row("fitted poses", found.fitted[used], "residual; no accuracy", "fitted"),
+            row("fitted poses", answer.fitted[used], "residual; no accuracy", "fitted"),
         ],
         note,
     )
 
 
-def _families(found: CalibrationAnswer, counted: str) -> Section:
+def _families(answer: CalibrationAnswer, counted: str) -> Section:
     rows = [
         (
             rung.name,
             rung.count,
             length(rung.blocked.mean, samples=counted),
-            length(found.robot.noise(rung.fit), samples=counted),
+            length(answer.robot.noise(rung.fit), samples=counted),
             Cell(rung.fit.evidence, "1", samples=counted),
             (f"up to order {rung.fit.orders}" if rung.fit.orders else "")
             if rung.kept
             else f"not estimated: {rung.reason}",
         )
-        for rung in found.robot.climb.rungs
+        for rung in answer.robot.climb.rungs
     ]
     return table(
         "families",
@@ -207,28 +207,28 @@ def _families(found: CalibrationAnswer, counted: str) -> Section:
     )
 
 
-def _repeats(found: CalibrationAnswer) -> list[Section]:
+def _repeats(answer: CalibrationAnswer) -> list[Section]:
     """Return the scatter of repeated measurements; nothing without any."""
-    of = found.repeats
+    of = answer.repeats
     if of is None:
         return []
     counted = f"{of.rows} rows at {several(of.poses, 'pose')}"
     measured = length(of.deviation, of.low, of.high, counted)
-    left = length(found.robot.climb.kept.fit.noise)
+    left = length(answer.robot.climb.kept.fit.noise)
     note = "the estimates use the mean of the visits to a pose. Beside the scatter of its visits "
     note += f"each coordinate of a mean is {left} off, by what the model lacks"
     rows = [
         ("measured: same pose, approach and payload", measured, counted),
-        ("predicted from the arm file", length(found.robot.repeated.predicted), "robot alone"),
+        ("predicted from the arm file", length(answer.robot.repeated.predicted), "robot alone"),
     ]
     return [table("repeats", "Repeated measurements", ("standard deviation",), rows, note)]
 
 
-def _released(found: CalibrationAnswer) -> list[Section]:
-    released = found.robot.climb.kept.fit.released
+def _released(answer: CalibrationAnswer) -> list[Section]:
+    released = answer.robot.climb.kept.fit.released
     if not released:
         return []
-    of = {error.draw: error for error in found.robot.errors}
+    of = {error.draw: error for error in answer.robot.errors}
     rows = [
         (
             short_name(error.name),
@@ -252,8 +252,8 @@ def _released(found: CalibrationAnswer) -> list[Section]:
     ]
 
 
-def _estimates(found: CalibrationAnswer) -> Section:
-    shown = [each for each in found.robot.errors if not each.periodic][:_SHOWN]
+def _estimates(answer: CalibrationAnswer) -> Section:
+    shown = [each for each in answer.robot.errors if not each.periodic][:_SHOWN]
     return table(
         "estimates",
         "Estimated errors, largest effect first",
@@ -285,10 +285,10 @@ def _estimate(error: EstimatedError) -> tuple[Any, ...]:
     )
 
 
-def _periodic(found: CalibrationAnswer) -> list[Section]:
+def _periodic(answer: CalibrationAnswer) -> list[Section]:
     """Return the largest periodic errors, both phases together."""
     of: dict[tuple[str, str], list[EstimatedError]] = {}
-    for error in found.robot.errors:
+    for error in answer.robot.errors:
         if error.periodic:
             owner, _, name = error.name.rpartition(".")
             of.setdefault((owner, name.rpartition(" ")[2]), []).append(error)
@@ -316,9 +316,9 @@ def _periodic(found: CalibrationAnswer) -> list[Section]:
     ]
 
 
-def _frames(found: CalibrationAnswer) -> list[Section]:
+def _frames(answer: CalibrationAnswer) -> list[Section]:
     """Return the base and tool frame to which every other command compares this robot."""
-    own, measured = found.robot.calibrations
+    own, measured = answer.robot.calibrations
     names = [name for name, _ in own.streams]
     rows = [
         (of.name, Cell(turn, "mrad") if turning else length(turn))
@@ -334,16 +334,16 @@ def _frames(found: CalibrationAnswer) -> list[Section]:
     return [table("frames", title, ("from the arm file",), rows, note)] if rows else []
 
 
-def _rows(found: CalibrationAnswer) -> Section:
-    climb = found.robot.climb
+def _rows(answer: CalibrationAnswer) -> Section:
+    climb = answer.robot.climb
     order = np.argsort(-climb.random.error, kind="stable")[:_WORST]
     rows = [
         (
-            f"line {found.visits.lines[k]}",
+            f"line {answer.visits.lines[k]}",
             length(float(climb.random.error[k])),
-            length(float(found.fitted[k])),
+            length(float(answer.fitted[k])),
             Cell(float(climb.kept.fit.weights[k]), "1"),
-            joint_values(found.robot.arm, found.visits.q[k]),
+            joint_values(answer.robot.arm, answer.visits.q[k]),
         )
         for k in order
     ]

@@ -38,11 +38,11 @@ _ORIENTATION: Final = (
 )
 
 
-def predicted_accuracy(found: CalibrationAnswer) -> Section:
+def predicted_accuracy(answer: CalibrationAnswer) -> Section:
     """Return the accuracy that is predicted where the estimates are corrected."""
-    robot = found.robot
-    low, high = found.visits.q.min(axis=0), found.visits.q.max(axis=0)
-    share = np.random.default_rng(found.seed).random((_PREDICTED, len(low)))
+    robot = answer.robot
+    low, high = answer.visits.q.min(axis=0), answer.visits.q.max(axis=0)
+    share = np.random.default_rng(answer.seed).random((_PREDICTED, len(low)))
     limits = robot.arm.limits
     rows = []
     for name, ends in (("measured joint ranges", (low, high)), ("joint limits", limits.T)):
@@ -53,28 +53,28 @@ def predicted_accuracy(found: CalibrationAnswer) -> Section:
     note = "the tool is within it of the corrected command in 95 % of visits, each in the base "
     note += "frame as measured; noise of the instrument is not in it. Of the measurements in "
     note += f"excluded regions {covered:.0f} % are within their 95 % regions"
-    if len(found.visits) < FEWEST_COUNTED:
+    if len(answer.visits) < FEWEST_COUNTED:
         note += f", a share that fewer than {FEWEST_COUNTED} poses do not compare with 95 %"
     title = "Predicted accuracy with the estimates corrected"
     return table("predicted", title, ("mean 95 % radius", "95th percentile"), rows, note)
 
 
-def refusals(found: CalibrationAnswer) -> list[Section]:
+def refusals(answer: CalibrationAnswer) -> list[Section]:
     """Return what no such measurement can estimate, why, and what to measure instead."""
-    payload = found.visits.payload
+    payload = answer.visits.payload
     kinds = [_STIFFNESS] if payload is None or not np.ptp(payload) else []
-    kinds += [_DRIFT] if found.visits.time is None else []
-    kinds += [] if np.any(found.visits.approach) else [_SIDE]
-    kinds += [_ORIENTATION] if found.visits.rotation is None else []
+    kinds += [_DRIFT] if answer.visits.time is None else []
+    kinds += [] if np.any(answer.visits.approach) else [_SIDE]
+    kinds += [_ORIENTATION] if answer.visits.rotation is None else []
     rows = [(what, in_words(instead), why) for what, why, instead in kinds]
     return [table("refused", "Not estimated", ("measure instead",), rows)] if rows else []
 
 
-def next_measurements(found: CalibrationAnswer) -> Section:
+def next_measurements(answer: CalibrationAnswer) -> Section:
     """Return the poses that would improve the calibration most."""
-    q, radius = next_poses(found.robot, found.visits.q, found.seed)
+    q, radius = next_poses(answer.robot, answer.visits.q, answer.seed)
     rows = [
-        (joint_values(found.robot.arm, each), length(float(radius[k])))
+        (joint_values(answer.robot.arm, each), length(float(radius[k])))
         for k, each in enumerate(q, 1)
     ]
     return table(

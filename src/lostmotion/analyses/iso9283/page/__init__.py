@@ -148,7 +148,7 @@ def _beside(predicted: PredictedRobots, commanded: CommandedPoses | None) -> str
     return f"{where} test cube of {predicted.cube.side * 1e3:.0f} mm"
 
 
-def _predicted_verdict(found: PredictedRobots, known: States, either_known: States) -> str:
+def _predicted_verdict(predicted: PredictedRobots, known: States, either_known: States) -> str:
     """Return the headline: 95th percentile over arms of RP_l and AP_p at the worst pose, with
     bounds where values are limits.
 
@@ -156,7 +156,7 @@ def _predicted_verdict(found: PredictedRobots, known: States, either_known: Stat
     joints arriving from either side. Where no described error varies with one side, the figure for
     either side comes first, since zero is no prediction.
     """
-    sheet = found.loads[0]
+    sheet = predicted.loads[0]
     one, either = (
         _worst_scatter(values, known) for values in (sheet.repeatability, sheet.random_approach)
     )
@@ -166,7 +166,7 @@ def _predicted_verdict(found: PredictedRobots, known: States, either_known: Stat
     )
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
     worst = "worst of five poses, full payload"
-    if not one.words and _describes_little_scatter(found):
+    if not one.words and _describes_little_scatter(predicted):
         text = (
             f"RP_l, {ISO_CYCLE}, of 95 % of arms is at least {one}{_interval(one)}, {worst}: "
             "friction, control and temperature add to "
@@ -206,21 +206,21 @@ def _repeats(bound: str, arriving: str, worst: str) -> str:
     return f"95 % of arms repeat within {bound}: RP_l, {arriving}, {worst}"
 
 
-def _describes_little_scatter(found: PredictedRobots) -> bool:
+def _describes_little_scatter(predicted: PredictedRobots) -> bool:
     """Return whether the described errors of one side scatter so little that what no file describes
     decides the repeatability.
     """
-    sheet = found.loads[0]
+    sheet = predicted.loads[0]
     return bool(sheet.repeatability.max() < _LITTLE * sheet.random_approach.max())
 
 
 def _predicted_cards(
-    found: PredictedRobots, known: States, either_known: States
+    predicted: PredictedRobots, known: States, either_known: States
 ) -> tuple[Card, ...]:
     """Return the first cards; arguments as for `_predicted_verdict`. A repeatability with a number
     comes first.
     """
-    sheet = found.loads[0]
+    sheet = predicted.loads[0]
     one, either = (
         Card(
             f"RP_l, {arriving}",
@@ -234,7 +234,7 @@ def _predicted_cards(
         )
     )
     repeats = (*bounded_cards([one], known), *bounded_cards([either], either_known))
-    if _describes_little_scatter(found):
+    if _describes_little_scatter(predicted):
         repeats = (replace(repeats[0], number=_at_least(repeats[0].number)), repeats[1])
     accurate, fitted = (
         str(as_known(estimate_figure(over_robots(values.max(axis=0)).high), known))
@@ -244,7 +244,7 @@ def _predicted_cards(
         [
             Card("AP_p, 95 % of arms", accurate, "worst of five poses", limited_as="error"),
             Card("AP_p, best-fit frames", fitted, "95 % of arms, worst pose", limited_as="error"),
-            Card(_CUBE, f"{found.cube.side * 1e3:.0f} mm", "side"),
+            Card(_CUBE, f"{predicted.cube.side * 1e3:.0f} mm", "side"),
         ],
         known,
     )
@@ -277,27 +277,27 @@ def _interval(figure: Cell) -> str:
     return f" ({figure.interval})" if figure.interval else ""
 
 
-def _remarks(found: PredictedRobots) -> list[str]:
+def _remarks(predicted: PredictedRobots) -> list[str]:
     """Return the notes on the prediction."""
     out = []
-    if found.robots < _FEW:
+    if predicted.robots < _FEW:
         out.append(
-            f"{several(found.robots, 'robot')}: too few for a 95th percentile, which depends "
+            f"{several(predicted.robots, 'robot')}: too few for a 95th percentile, which depends "
             "on the largest one or two"
         )
-    if found.still:
+    if predicted.still:
         out.append(
-            f"joints that do not move in the cycle: {', '.join(found.still)}; their backlash "
+            f"joints that do not move in the cycle: {', '.join(predicted.still)}; their backlash "
             "is assumed to stay on one side"
         )
-    sheet = found.loads[0]
+    sheet = predicted.loads[0]
     if sheet.repeatability.max() < NO_SCATTER:
         out.append(
             "from one side no described error varies from visit to visit, so no repeatability "
             "is predicted; a real arm adds friction, "
             "control and temperature"
         )
-    elif _describes_little_scatter(found):
+    elif _describes_little_scatter(predicted):
         out.append(
             "RP_l from one side is small because the parts describe little scatter from visit "
             "to visit; a real arm adds friction, control "
@@ -306,12 +306,12 @@ def _remarks(found: PredictedRobots) -> list[str]:
     return out
 
 
-def _facts(found: PredictedRobots) -> dict[str, Any]:
-    cube = found.cube
+def _facts(predicted: PredictedRobots) -> dict[str, Any]:
+    cube = predicted.cube
     return {
-        "robots": found.robots,
-        "cycles": found.cycles,
-        "seed": found.seed,
+        "robots": predicted.robots,
+        "cycles": predicted.cycles,
+        "seed": predicted.seed,
         "cube": {
             "side_m": cube.side,
             "centre_m": cube.centre.tolist(),
@@ -320,5 +320,5 @@ def _facts(found: PredictedRobots) -> dict[str, Any]:
             "q": {name: cube.q[k].tolist() for k, name in enumerate(NAMES)},
             "found_by": cube.method,
         },
-        "approach": {name: found.approach[k].tolist() for k, name in enumerate(NAMES)},
+        "approach": {name: predicted.approach[k].tolist() for k, name in enumerate(NAMES)},
     }

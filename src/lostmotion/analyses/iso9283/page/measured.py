@@ -31,33 +31,34 @@ _MOST_POSES: Final = 12
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 
 
-def measured_sections(found: MeasuredRobot) -> list[Section]:
+def measured_sections(measured: MeasuredRobot) -> list[Section]:
     """Return the tables of the measured robot, with each figure under its loads."""
     out = [
-        *positioning_sections(found),
-        *(section for load in found.loads for section in _pooled(found, load)),
+        *positioning_sections(measured),
+        *(section for load in measured.loads for section in _pooled(measured, load)),
     ]
-    if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
-        out += [*_poses(found), _axes(found)]
+    poses = (pose for load in measured.loads for pose in load.poses)
+    if any(math.isfinite(pose.repeatability.value) for pose in poses):
+        out += [*_poses(measured), _axes(measured)]
     rows = [
         (
-            measured_label(f"{name}, P2-P4", load, found.loads),
+            measured_label(f"{name}, P2-P4", load, measured.loads),
             estimate_figure(load.distance[k], "cycles with both"),
         )
         for k, name in enumerate(("AD_p", "RD"))
-        for load in found.loads
+        for load in measured.loads
         if load.distance is not None and _known(load.distance[k])
     ]
     if rows:
         out.append(table("measured-distance", "Measured: distance P2-P4", ("value",), rows))
-    return [*out, *_paths(found), _data(found)]
+    return [*out, *_paths(measured), _data(measured)]
 
 
 def _known(value: Estimate) -> bool:
     return math.isfinite(value.value)
 
 
-def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
+def _pooled(measured: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     if load.pooled is None or load.fit is None:
         return []
     counted = several(len(load.poses), "pose")
@@ -82,8 +83,8 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     )
     return [
         table(
-            accuracy_key(load, found.loads),
-            measured_label("Measured: AP_p over all poses", load, found.loads),
+            accuracy_key(load, measured.loads),
+            measured_label("Measured: AP_p over all poses", load, measured.loads),
             ("commanded frames", "best-fit frames"),
             rows,
             note,
@@ -91,15 +92,15 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     ]
 
 
-def _in_order(found: MeasuredRobot) -> list[tuple[MeasuredLoad, MeasuredPose]]:
+def _in_order(measured: MeasuredRobot) -> list[tuple[MeasuredLoad, MeasuredPose]]:
     """Return the first poses, each under all its loads."""
-    names = list(dict.fromkeys(pose.name for load in found.loads for pose in load.poses))[
+    names = list(dict.fromkeys(pose.name for load in measured.loads for pose in load.poses))[
         :_MOST_POSES
     ]
     return [
         (load, pose)
         for name in names
-        for load in found.loads
+        for load in measured.loads
         for pose in load.poses
         if pose.name == name
     ]
@@ -110,17 +111,17 @@ def _figure_without(pose: MeasuredPose, of_all: Estimate, without: Estimate) -> 
     return estimate_figure(without if pose.outlying else of_all)
 
 
-def _poses(found: MeasuredRobot) -> list[Section]:
+def _poses(measured: MeasuredRobot) -> list[Section]:
     """Return a table for each characteristic; one table would be wider than a terminal."""
-    shown = _in_order(found)
+    shown = _in_order(measured)
     count, all_poses = (
         len({pose.name for _, pose in shown}),
-        len({pose.name for load in found.loads for pose in load.poses}),
+        len({pose.name for load in measured.loads for pose in load.poses}),
     )
     first = "" if count == all_poses else f"the first {count} of {all_poses} poses"
 
     def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
-        return measured_label(pose.name, load, found.loads)
+        return measured_label(pose.name, load, measured.loads)
 
     with_outlying = any(pose.outlying for _, pose in shown)
     accurate = [
@@ -137,7 +138,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         for load, pose in shown
         if _known(pose.accuracy)
     ]
-    with_instrument = found.visits.instrument > 0
+    with_instrument = measured.visits.instrument > 0
     repeats = [
         (
             label(load, pose),
@@ -156,7 +157,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         "low; normal scatter"
     )
     if with_instrument:
-        floor = max(load.floor for load in found.loads)
+        floor = max(load.floor for load in measured.loads)
         note += (
             f". RP_l of the instrument alone: {length(floor)}, subtracted in squares, never below "
             "zero"
@@ -173,7 +174,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     )
     sides = [
         (
-            load_label(pose.name, load.load, {each.load for each in found.loads}),
+            load_label(pose.name, load.load, {each.load for each in measured.loads}),
             estimate_figure(pose.multi_directional),
         )
         for load, pose in shown
@@ -188,14 +189,15 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     return [each for each in tables if each.rows]
 
 
-def _axes(found: MeasuredRobot) -> Section:
+def _axes(measured: MeasuredRobot) -> Section:
     rows = []
-    for load, pose in _in_order(found):
+    for load, pose in _in_order(measured):
         for letter, average, scatter in zip(_LETTERS, pose.axes, pose.scatter, strict=True):
             if _known(scatter):
                 angle = letter in "abc"
                 figures = (estimate_figure(each, angle=angle) for each in (average, scatter))
-                rows.append((measured_label(f"{pose.name}-{letter}", load, found.loads), *figures))
+                label = measured_label(f"{pose.name}-{letter}", load, measured.loads)
+                rows.append((label, *figures))
     return table(
         "measured-axes",
         "Measured: by axis",
@@ -205,11 +207,11 @@ def _axes(found: MeasuredRobot) -> Section:
     )
 
 
-def _paths(found: MeasuredRobot) -> list[Section]:
-    paths = [(load, path) for load in found.loads for path in load.paths]
+def _paths(measured: MeasuredRobot) -> list[Section]:
+    paths = [(load, path) for load in measured.loads for path in load.paths]
     rows = [
         (
-            measured_label(f"{word}, {name}", load, found.loads),
+            measured_label(f"{word}, {name}", load, measured.loads),
             *(
                 estimate_figure(each, _counted(path), angle=word[-1] in "abc")
                 for each in (Estimate(float(path.figures[k]), math.nan, math.nan), path.many[k])
@@ -231,13 +233,13 @@ def _paths(found: MeasuredRobot) -> list[Section]:
         "biased high, so the value may lie outside the interval. Coverage is lower where a "
         "single place scatters more. "
     ) + _where_read([path for _, path in paths])
-    if found.visits.instrument:
+    if measured.visits.instrument:
         note += (
             f". RT_p of the instrument alone: about {length(max(path.floor for _, path in paths))}"
         )
     read = [
         (
-            measured_label(path.name, load, found.loads),
+            measured_label(path.name, load, measured.loads),
             path.readings,
             Cell(float(path.places[0]), "mm"),
             length(float(path.places[-1])),
@@ -288,8 +290,8 @@ def _where_read(paths: list[MeasuredPath]) -> str:
     return ". ".join(sentences)
 
 
-def _data(found: MeasuredRobot) -> Section:
-    visits = found.visits
+def _data(measured: MeasuredRobot) -> Section:
+    visits = measured.visits
     along = sum(map(bool, visits.path))
     rows: list[tuple[Any, ...]] = [("visits", len(visits.path) - along, visits.source)]
     if along:
@@ -297,7 +299,7 @@ def _data(found: MeasuredRobot) -> Section:
     if visits.load_stated:
         rows += [
             (f"rows at {100 * load.load:g} % load", int((visits.load == load.load).sum()))
-            for load in found.loads
+            for load in measured.loads
         ]
     dropped = "identical in every column that is read" if visits.duplicates else ""
     rows.append(("duplicate rows dropped", visits.duplicates, dropped))
@@ -316,9 +318,9 @@ def _data(found: MeasuredRobot) -> Section:
     return table("measured-data", "Measured: the data", ("value",), rows, note)
 
 
-def measured_facts(found: MeasuredRobot, compared: Sequence[ComparedFigure]) -> dict[str, Any]:
+def measured_facts(measured: MeasuredRobot, compared: Sequence[ComparedFigure]) -> dict[str, Any]:
     """Return the data of the measurement for result.json."""
-    visits = found.visits
+    visits = measured.visits
     return {
         "measured": {
             "source": visits.source,
@@ -330,14 +332,14 @@ def measured_facts(found: MeasuredRobot, compared: Sequence[ComparedFigure]) -> 
             "rows_without_a_reading": [{"file": file, "line": line} for file, line in visits.lost],
             "outlying": [
                 {"pose": pose.name, "file": file, "line": line, "distance_m": far}
-                for load in found.loads
+                for load in measured.loads
                 for pose in load.poses
                 for file, line, far in pose.outlying
             ],
-            "iso230": positioning_facts(found),
+            "iso230": positioning_facts(measured),
             "instrument_m": visits.instrument,
             "load_stated": visits.load_stated,
-            "loads": [_load_facts(load) for load in found.loads],
+            "loads": [_load_facts(load) for load in measured.loads],
         },
         "compared": [
             {

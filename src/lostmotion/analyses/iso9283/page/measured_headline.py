@@ -44,22 +44,24 @@ _FAR: Final = 5e-3
 _TURNS: Final = tuple(k for k, word in enumerate(PATH_FIGURES) if word[-1] in "abc")
 
 
-def measured_counts(found: MeasuredRobot) -> str:
+def measured_counts(measured: MeasuredRobot) -> str:
     """Return the number of visits and readings, in words."""
-    along = sum(map(bool, found.visits.path))
-    visits = len(found.visits.path) - along
+    along = sum(map(bool, measured.visits.path))
+    visits = len(measured.visits.path) - along
     counted = [several(visits, "measured visit")] if visits or not along else []
     return "; ".join([*counted, *([f"{along} readings along paths"] if along else [])])
 
 
 def measured_verdict(
-    found: MeasuredRobot, compared: Sequence[ComparedFigure], commanded: CommandedPoses | None
+    measured: MeasuredRobot, compared: Sequence[ComparedFigure], commanded: CommandedPoses | None
 ) -> str:
     """Return the headline of the measured robot: how many of its characteristics lie within the
     range of the robots predicted at the same poses, and what they are.
     """
-    sentences = [positioning_sentence(found)] if any(load.axes for load in found.loads) else []
-    for load in found.loads:
+    sentences = (
+        [positioning_sentence(measured)] if any(load.axes for load in measured.loads) else []
+    )
+    for load in measured.loads:
         parts = []
         if load.pooled is not None:
             raw, fitted = load.pooled
@@ -90,7 +92,7 @@ def measured_verdict(
         ]
         if parts:
             sentences.append(
-                f"{measured_label('Measured', load, found.loads)}: {', '.join(parts)}."
+                f"{measured_label('Measured', load, measured.loads)}: {', '.join(parts)}."
             )
     text = " ".join(sentences) or (
         "Measured: no command and no pose visited twice, so neither accuracy nor "
@@ -144,19 +146,21 @@ def _without_outlying(load: MeasuredLoad) -> Estimate | None:
     )
 
 
-def measured_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+def measured_warnings(
+    measured: MeasuredRobot, predicted: PredictedRobots | None
+) -> tuple[str, ...]:
     """Return what makes the measured figures doubtful: commands far from what was attained,
     outlying visits, readings that were lost.
     """
     return (
-        *_command_warnings(found, predicted),
-        *_outlying_warnings(found),
-        *_lost_warnings(found.visits),
+        *_command_warnings(measured, predicted),
+        *_outlying_warnings(measured),
+        *_lost_warnings(measured.visits),
     )
 
 
 def measured_notes(
-    found: MeasuredRobot,
+    measured: MeasuredRobot,
     predicted: PredictedRobots | None,
     at_commands: CommandedPoses | None,
     *,
@@ -172,9 +176,9 @@ def measured_notes(
             ),
         )
     return (
-        *_duplicates_notes(found.visits),
-        *_unused_notes(found.visits),
-        *_not_compared_notes(found, predicted if compared else None, at_commands),
+        *_duplicates_notes(measured.visits),
+        *_unused_notes(measured.visits),
+        *_not_compared_notes(measured, predicted if compared else None, at_commands),
         *none,
     )
 
@@ -185,11 +189,11 @@ def _named(items: Sequence[object]) -> str:
     return f"{', '.join(map(str, items[:_MOST_NAMED]))}{more}"
 
 
-def _outlying_warnings(found: MeasuredRobot) -> tuple[str, ...]:
+def _outlying_warnings(measured: MeasuredRobot) -> tuple[str, ...]:
     """Return a warning that names the visits far from the others, which decide on the repeatability
     by themselves.
     """
-    far = [each for load in found.loads for each in _outlying(load)]
+    far = [each for load in measured.loads for each in _outlying(load)]
     if not far:
         return ()
     named = _named([f"{pose.name} in line {line} by {length(away)}" for pose, line, away in far])
@@ -242,12 +246,14 @@ def _duplicates_notes(visits: Visits) -> tuple[str, ...]:
     return (f"{note}. If they are {separate}",)
 
 
-def _command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+def _command_warnings(
+    measured: MeasuredRobot, predicted: PredictedRobots | None
+) -> tuple[str, ...]:
     """Return a warning for each accuracy so poor that wrong commands, another frame or another unit
     are likelier than the arm.
     """
     out = []
-    for load in found.loads:
+    for load in measured.loads:
         known = [pose.accuracy.value for pose in load.poses if math.isfinite(pose.accuracy.value)]
         means = [("mean AP_p over poses", sum(known) / len(known), 0)] if known else []
         means += [(f"AT_p along {path.name}", float(path.figures[0]), 1) for path in load.paths]
@@ -267,7 +273,7 @@ def _command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -
                     else f", above the 95th percentile of the predicted robots, {length(usual)}"
                 )
                 out.append(
-                    f"{measured_label(f'measured {name} is {length(value)}', load, found.loads)}{against}: "  # noqa: E501
+                    f"{measured_label(f'measured {name} is {length(value)}', load, measured.loads)}{against}: "  # noqa: E501
                     "check that the commanded positions "
                     "are those sent to the robot, in the frame and the units of the readings"
                 )
@@ -275,13 +281,13 @@ def _command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -
 
 
 def _not_compared_notes(
-    found: MeasuredRobot, predicted: PredictedRobots | None, at_commands: CommandedPoses | None
+    measured: MeasuredRobot, predicted: PredictedRobots | None, at_commands: CommandedPoses | None
 ) -> tuple[str, ...]:
     """Return notes on measured figures that are not evaluated, or not compared with the predicted
     robots, with the reason.
     """
     out = []
-    visits = found.visits
+    visits = measured.visits
     attained, commanded = (
         np.isfinite(each).all(axis=(1, 2)) for each in (visits.orientation, visits.rotation)
     )
@@ -302,7 +308,7 @@ def _not_compared_notes(
             f"predicted{more}"
         )
     at = at_commands or predicted.cube
-    different = {name: None for load in found.loads for name in different_orientations(at, load)}
+    different = {name: None for load in measured.loads for name in different_orientations(at, load)}
     if different:
         why = (
             ""
@@ -315,7 +321,7 @@ def _not_compared_notes(
         )
     if predicted.cube.rotation is None and any(
         math.isfinite(path.figures[k])
-        for load in found.loads
+        for load in measured.loads
         for path in load.paths
         for k in _TURNS
     ):
@@ -323,7 +329,7 @@ def _not_compared_notes(
             "AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the "
             "orientation follows from the position"
         )
-    if any(determines_tool_frame(load) for load in found.loads):
+    if any(determines_tool_frame(load) for load in measured.loads):
         out.append(
             "AP_p with best-fit frames is not compared: measured poses are fitted with base "
             "and tool frame, predicted ones with a base frame only"
@@ -331,11 +337,13 @@ def _not_compared_notes(
     return tuple(out)
 
 
-def measured_cards(found: MeasuredRobot, compared: Sequence[ComparedFigure]) -> list[Card]:
+def measured_cards(measured: MeasuredRobot, compared: Sequence[ComparedFigure]) -> list[Card]:
     """Return the cards of the measured robot under its heaviest load."""
-    out = positioning_cards(found)
-    load = found.loads[0]
-    quiet = f", {100 * load.load:g} % load" if len({each.load for each in found.loads}) > 1 else ""
+    out = positioning_cards(measured)
+    load = measured.loads[0]
+    quiet = (
+        f", {100 * load.load:g} % load" if len({each.load for each in measured.loads}) > 1 else ""
+    )
     quiet += f", from {load.side}" if load.side else ""
     repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
     if repeat:

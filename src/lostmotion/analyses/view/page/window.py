@@ -168,19 +168,21 @@ class Window:
                 self._show_picture(workspace=redraw or isinstance(found, ErrorOverWorkspace))
             self._server.flush()
 
-    def _take(self, found: Figures | ErrorOverWorkspace | Refused | None, *, redraw: bool) -> None:
+    def _take(
+        self, computed: Figures | ErrorOverWorkspace | Refused | None, *, redraw: bool
+    ) -> None:
         """Take what was computed.
 
         Classes and enlargement stay as they are at first, so that changes can be compared, until
         new ones are asked for.
         """
-        if isinstance(found, Refused):
-            self._warning = found.reason
-        elif isinstance(found, Figures):
-            self._figures, self._warning = found, self._note
-        elif found is not None:
-            self._workspace = found
-        if self._workspace is None or not (redraw or isinstance(found, ErrorOverWorkspace)):
+        if isinstance(computed, Refused):
+            self._warning = computed.reason
+        elif isinstance(computed, Figures):
+            self._figures, self._warning = computed, self._note
+        elif computed is not None:
+            self._workspace = computed
+        if self._workspace is None or not (redraw or isinstance(computed, ErrorOverWorkspace)):
             return
         if self._classes is None or self._controls.take_refit():
             self._classes = classes_of(self._workspace.q95)

@@ -91,44 +91,44 @@ _WORDS: Final = (
 )
 
 
-def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
+def map_sheet(mapped: WorkspaceMap, at: Floats | None = None) -> Sheet:
     """Return the sheet of an accuracy map, with slices through the point `at` (3,), m."""
-    known = with_limits(states(found.arm), found.arm, found.reached.q)
+    known = with_limits(states(mapped.arm), mapped.arm, mapped.reached.q)
     sections = (
-        map_section(found),
-        within_section(found),
-        placement_section(found),
-        budget_section(found),
-        reach_section(found),
+        map_section(mapped),
+        within_section(mapped),
+        placement_section(mapped),
+        budget_section(mapped),
+        reach_section(mapped),
     )
     return with_arm(
         Sheet(
             subject="accuracy map",
-            verdict=with_falls(_verdict(found, known), found.arm),
-            cards=tuple(_cards(found, known)),
+            verdict=with_falls(_verdict(mapped, known), mapped.arm),
+            cards=tuple(_cards(mapped, known)),
             sections=tuple(section for section in sections if section is not None),
             counts=(
-                f"{several(int(np.isfinite(found.selected).sum()), 'cell')} of "
-                f"{edge_label(found)}, {configurations_label(found)}"
+                f"{several(int(np.isfinite(mapped.selected).sum()), 'cell')} of "
+                f"{edge_label(mapped)}, {configurations_label(mapped)}"
             ),
-            notes=(*_remarks(found), *_point_off_map(found, at)),
+            notes=(*_remarks(mapped), *_point_off_map(mapped, at)),
             words=_WORDS,
-            source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} "
-            f"evaluated, seed {found.seed}. "
+            source=f"{mapped.reached.sampled} poses sampled (sobol), {len(mapped.reached.q)} "
+            f"evaluated, seed {mapped.seed}. "
             "The same file, version, seed and options give the same bytes.",
             arrays="the map, cell by cell",
-            seed=found.seed,
-            facts=_facts(found),
+            seed=mapped.seed,
+            facts=_facts(mapped),
         ),
-        found.arm,
+        mapped.arm,
         known,
         sections=("map", "within", "places"),
     )
 
 
-def _verdict(found: WorkspaceMap, known: States) -> str:
-    least, middle, most = (_over_shown(found, known, what) for what in (np.min, np.median, np.max))
-    text = f"{level_label(found)} of positions ({configuration_label(found)}) are within "
+def _verdict(mapped: WorkspaceMap, known: States) -> str:
+    least, middle, most = (_over_shown(mapped, known, what) for what in (np.min, np.median, np.max))
+    text = f"{level_label(mapped)} of positions ({configuration_label(mapped)}) are within "
     if str(least) == str(most):
         text += f"{at_least(least, known)} in every cell."
     else:
@@ -136,20 +136,20 @@ def _verdict(found: WorkspaceMap, known: States) -> str:
             f"{at_least(middle, known)} in the median cell, {least} in the most accurate and "
             f"{most} in the least accurate one."
         )
-    if found.within_target is not None:
-        text += f" {_share_sentence(found, found.within_target.target, known)}"
-    if found.placements is not None:
-        text += " " + placement_sentence(found.placements, found, known)
+    if mapped.within_target is not None:
+        text += f" {_share_sentence(mapped, mapped.within_target.target, known)}"
+    if mapped.placements is not None:
+        text += " " + placement_sentence(mapped.placements, mapped, known)
     return " ".join([text, *caveats(known)])
 
 
-def _over_shown(found: WorkspaceMap, known: States, what: Callable[[Floats], float]) -> Cell:
-    column = CONFIGURATIONS.index(found.by)
-    return as_known(figure_over_cells(found, QUANTILE, column, what), known)
+def _over_shown(mapped: WorkspaceMap, known: States, what: Callable[[Floats], float]) -> Cell:
+    column = CONFIGURATIONS.index(mapped.by)
+    return as_known(figure_over_cells(mapped, QUANTILE, column, what), known)
 
 
-def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
-    share, _ = share_within(found, target)
+def _share_sentence(mapped: WorkspaceMap, target: float, known: States) -> str:
+    share, _ = share_within(mapped, target)
     text = share_within_bounded(
         f"{100 * share.value:.3g} % ({100 * share.low:.3g} … {100 * share.high:.3g}) "
         "of the workspace",
@@ -158,13 +158,13 @@ def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
     return f"{text[0].upper()}{text[1:]} is within {length(target, stated=True)}."
 
 
-def _cards(found: WorkspaceMap, known: States) -> list[Card]:
-    least, middle, most = (_over_shown(found, known, what) for what in (np.min, np.median, np.max))
+def _cards(mapped: WorkspaceMap, known: States) -> list[Card]:
+    least, middle, most = (_over_shown(mapped, known, what) for what in (np.min, np.median, np.max))
     out = [
         Card(
-            f"{percentile_label(found)}, median cell",
+            f"{percentile_label(mapped)}, median cell",
             str(middle),
-            configuration_label(found),
+            configuration_label(mapped),
             limited_as="error",
         ),
         Card(
@@ -174,17 +174,17 @@ def _cards(found: WorkspaceMap, known: States) -> list[Card]:
             limited_as="error",
         ),
     ]
-    if found.within_target is not None:
-        share, _ = share_within(found, found.within_target.target)
+    if mapped.within_target is not None:
+        share, _ = share_within(mapped, mapped.within_target.target)
         out.append(
             Card(
-                f"within {length(found.within_target.target, stated=True)}",
+                f"within {length(mapped.within_target.target, stated=True)}",
                 share_within_bounded(f"{100 * share.value:.3g} %", known),
                 f"of the workspace, {100 * share.low:.3g} … {100 * share.high:.3g} %",
             )
         )
-    if found.placements is not None and found.placements.best:
-        box = found.placements.best[0]
+    if mapped.placements is not None and mapped.placements.best:
+        box = mapped.placements.best[0]
         out.append(
             Card(
                 "best placement",
@@ -196,15 +196,15 @@ def _cards(found: WorkspaceMap, known: States) -> list[Card]:
     return out
 
 
-def _remarks(found: WorkspaceMap) -> list[str]:
+def _remarks(mapped: WorkspaceMap) -> list[str]:
     out = ["any orientation of the tool; obstacles, floor and self-collision are not checked"]
-    if found.uncertain.any():
-        cells = several(int(found.uncertain.sum()), "cell")
+    if mapped.uncertain.any():
+        cells = several(int(mapped.uncertain.sum()), "cell")
         out.append(
             f"{cells} without a valid figure: a few two-valued errors dominate. Monte Carlo "
             "(lostmotion study) shows the distribution there"
         )
-    for box in () if found.placements is None else found.placements.best:
+    for box in () if mapped.placements is None else mapped.placements.best:
         if box.validation_reached < box.validation_points:
             missed = box.validation_points - box.validation_reached
             out.append(
@@ -214,11 +214,11 @@ def _remarks(found: WorkspaceMap) -> list[str]:
     return out
 
 
-def _point_off_map(found: WorkspaceMap, at: Floats | None) -> list[str]:
+def _point_off_map(mapped: WorkspaceMap, at: Floats | None) -> list[str]:
     """Return a note where the slices were requested through a point that no pose reaches."""
     if at is None:
         return []
-    grid = found.reached.grid
+    grid = mapped.reached.grid
     number = int(
         grid.cell_numbers(np.where(grid.flat, np.nan_to_num(np.array(grid.plane)), at)[None])[0]
     )
@@ -229,7 +229,7 @@ def _point_off_map(found: WorkspaceMap, at: Floats | None) -> list[str]:
         ", ".join(f"{axis} {value * 1e3:.6g}" for axis, value in zip("xyz", at, strict=True))
         + " mm"
     )
-    if number >= 0 and on_plane and found.reached.counts.flat[number]:
+    if number >= 0 and on_plane and mapped.reached.counts.flat[number]:
         return []
     if number >= 0 and on_plane:
         return [f"no pose found in the cell of the point {point} of the slices"]
@@ -244,22 +244,22 @@ def _point_off_map(found: WorkspaceMap, at: Floats | None) -> list[str]:
     return [f"the point {point} is outside the map ({extent}): the slices show the nearest cells"]
 
 
-def _facts(found: WorkspaceMap) -> dict[str, Any]:
-    grid = found.reached.grid
+def _facts(mapped: WorkspaceMap) -> dict[str, Any]:
+    grid = mapped.reached.grid
     facts: dict[str, Any] = {
-        "by": found.by,
-        "level": found.level,
-        "seed": found.seed,
+        "by": mapped.by,
+        "level": mapped.level,
+        "seed": mapped.seed,
         "cell_m": grid.edge,
-        "cells": int(np.isfinite(found.selected).sum()),
+        "cells": int(np.isfinite(mapped.selected).sum()),
         "low_m": grid.low.tolist(),
         "shape": list(grid.shape),
         "poses": {
-            "sampled": found.reached.sampled,
-            "looked_at": len(found.reached.q),
-            "per_cell_asked": found.per_cell,
+            "sampled": mapped.reached.sampled,
+            "looked_at": len(mapped.reached.q),
+            "per_cell_asked": mapped.per_cell,
         },
     }
-    if found.within_target is not None:
-        facts["target_m"] = found.within_target.target
-    return facts if found.placements is None else facts | placement_facts(found.placements)
+    if mapped.within_target is not None:
+        facts["target_m"] = mapped.within_target.target
+    return facts if mapped.placements is None else facts | placement_facts(mapped.placements)
