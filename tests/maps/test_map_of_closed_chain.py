@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import lostmotion
 from lostmotion.error_model.trust import trusted
+from lostmotion.maps.gain import gain_by_cell
 from lostmotion.maps.reach import reachable_cells
 from lostmotion.mechanism.assembly import assembled
+from lostmotion.mechanism.state import state_of
 from tests.mechanism.closed_chains import five_bar
 
 EDGE = 0.02
@@ -54,3 +57,39 @@ def test_a_map_has_no_cell_where_first_order_fails(tmp_path):
     (tmp_path / "known.toml").write_text(text.replace("± 8 mm", "± 30 µm"))
     known = reachable_cells(lostmotion.read(tmp_path / "known.toml"), 256, 0.02, 1, 1)
     assert found.centre.sum() < known.centre.sum()
+
+
+def test_the_gain_of_a_cell_is_how_far_small_errors_of_the_drives_move_the_tool():
+    """By differences of exact positions, over that at home; where the rods are nearly in line it is
+    largest. An open chain has none.
+    """
+    arm, size = five_bar(), 0.4
+    reached = reachable_cells(arm, 256, 0.05, 1, 1)
+    gain = gain_by_cell(arm, reached)
+
+    def largest(q):
+        columns = []
+        for step in 1e-6 * np.eye(2):
+            low, high = (state_of(arm, (q + side * step)[None]).frames[-1, 0] for side in (-1, 1))
+            turned = high[:3, :3] @ low[:3, :3].T
+            spin = np.array([turned[2, 1], turned[0, 2], turned[1, 0]])
+            columns.append(np.append(spin, (high[:3, 3] - low[:3, 3]) / size) / 2e-6)
+        return np.linalg.norm(np.array(columns), 2)
+
+    home = largest(arm.home)
+    chosen = np.unique(reached.cell)[::7]
+    for cell in chosen:
+        found = max(largest(q) for q in reached.q[reached.cell == cell]) / home
+        assert gain.ravel()[cell] == pytest.approx(found, rel=1e-6)
+    assert np.isnan(gain.ravel()[np.setdiff1d(np.arange(gain.size), reached.cell)]).all()
+    assert np.nanmax(gain) > 1.5 > np.nanmin(gain)
+    assert gain_by_cell(lostmotion.read(FIVE_BAR.parents[1] / "planar-2r.toml"), reached) is None
+
+
+def test_a_map_of_a_closed_chain_shows_its_gain():
+    """As a slice beside that of the error, a row of its table, and an array."""
+    found = lostmotion.map(FIVE_BAR, poses=256, cell="40 mm", per_cell=2)
+    assert [plot.key for plot in found.plots].count("gain-xy") == 1
+    rows = [row.label for section in found.sheet.sections for row in section.rows]
+    assert "largest gain over that at home" in rows
+    assert found.arrays()["gain"].attrs["units"] == "1"

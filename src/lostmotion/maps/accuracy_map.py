@@ -29,6 +29,7 @@ from lostmotion.maps.cell_statistics import (
 )
 from lostmotion.maps.cells import CellPoses, interior
 from lostmotion.maps.configurations import configurations_at
+from lostmotion.maps.gain import gain_by_cell
 from lostmotion.maps.placement import Placements, best_placements, clear_cells
 from lostmotion.maps.reach import reachable_cells
 from lostmotion.maps.validation_points import SAMPLED as VALIDATION_SAMPLES
@@ -123,6 +124,7 @@ class WorkspaceMap:
     size           size of the whole workspace, as `ShareWithinTarget.size`; without validation
                    points from the cells
     uncertain      (x, y, z) cells without a pose at which both figures are known to 5 %
+    gain           (x, y, z) as `gain_by_cell`; None for an open chain
     """
 
     arm: Arm
@@ -139,6 +141,7 @@ class WorkspaceMap:
     within_target: ShareWithinTarget | None
     placements: Placements | None
     budgets: tuple[ZoneBudget, ...]
+    gain: Floats | None
 
     @property
     def level(self) -> float:
@@ -287,6 +290,7 @@ def map_workspace(
         share,
         placements,
         budgets,
+        gain_by_cell(arm, reached),
     )
 
 

@@ -48,6 +48,9 @@ def map_dataset(accuracy_map: WorkspaceMap) -> xarray.Dataset:
         reached.counts.astype(np.int32),
         {"units": "1", "long_name": "configurations evaluated in the cell"},
     )
+    if accuracy_map.gain is not None:
+        text = "how many times as far as at home an error of the drives moves the tool, at most"
+        data["gain"] = space, accuracy_map.gain, {"units": "1", "long_name": text}
     flags = [
         (
             "centre_reached",

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.workspace_map.page.gain import gain_plots
 from lostmotion.analyses.workspace_map.page.labels import configuration_label, percentile_label
+from lostmotion.analyses.workspace_map.page.slices import (
+    ACROSS,
+    AROUND,
+    index_at,
+    of_equal_scale,
+    place_text,
+)
 from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.maps.radial import radial_section
 from lostmotion.mechanism.placed_terms import short_name
@@ -45,9 +53,6 @@ if TYPE_CHECKING:
 
 _PARTS_SHOWN: Final = 12
 _OF_BY: Final = {"best": LIGHT["visit"], "mean": LIGHT["robot"], "worst": LIGHT["design"]}
-# Width of the plot area, and height of title, axis and legend, mm.
-_ACROSS: Final = 112.0
-_AROUND: Final = 40.0
 # Small slices of one figure, in two rows.
 _MULTIPLES: Final = 6
 # Shares of the cells outside the inner classes.
@@ -91,6 +96,7 @@ def map_plots(accuracy_map: WorkspaceMap, at: Floats | None = None) -> list[Plot
                 "Error by distance from the first axis and height, over all azimuths.",
             )
         )
+    out += gain_plots(accuracy_map, through)
     out.append(
         Plot(
             "share",
@@ -115,15 +121,15 @@ def slice_through(accuracy_map: WorkspaceMap, across: int, up: int, through: Flo
     """Return a slice of the map through this point (3,), m, spanned by two of the base's axes."""
     grid, names = accuracy_map.reached.grid, "xyz"
     other = 3 - across - up
-    index = int(
-        np.clip(np.floor((through[other] - grid.low[other]) / grid.edge), 0, grid.shape[other] - 1)
-    )
+    index = index_at(grid, other, through)
     values = np.take(
         accuracy_map.selected, index, axis=other
     )  # axes stay in order: across before up
     x, y = grid.centres_along(across), grid.centres_along(up)
     height = float(grid.centres_along(other)[index])
-    made, on = _equal(f"{names[across]}-{names[up]} slice, {_at(other, height)}", x, y)
+    made, on = of_equal_scale(
+        f"{names[across]}-{names[up]} slice, {place_text(other, height)}", x, y
+    )
     _draw(on, accuracy_map, x, y, values)
     _target(on, accuracy_map, x, y, values)
     for box in () if accuracy_map.placements is None else accuracy_map.placements.best:
@@ -145,9 +151,7 @@ def slices_along(accuracy_map: WorkspaceMap, along: int) -> Figure:
     rows = 2
     made = figure(
         float(
-            np.clip(
-                _AROUND + 16 + rows * (_ACROSS / (_MULTIPLES / rows) * tall / wide + 8), 70, 170
-            )
+            np.clip(AROUND + 16 + rows * (ACROSS / (_MULTIPLES / rows) * tall / wide + 8), 70, 170)
         )
     )
     panels = axes(
@@ -167,7 +171,7 @@ def slices_along(accuracy_map: WorkspaceMap, along: int) -> Figure:
         last, left = k >= _MULTIPLES // rows, k % (_MULTIPLES // rows) == 0
         label_axes(on, f"{'xyz'[across]} [mm]" if last else "", f"{'xyz'[up]} [mm]" if left else "")
         on.set_title(
-            _at(along, float(grid.centres_along(along)[index])), loc="center", fontsize=SMALL
+            place_text(along, float(grid.centres_along(along)[index])), loc="center", fontsize=SMALL
         )
     _classes(made, accuracy_map, panels[0, 0])
     return made
@@ -180,7 +184,7 @@ def radial_plot(accuracy_map: WorkspaceMap) -> Figure | None:
     section = radial_section(accuracy_map)
     if section is None:
         return None
-    made, on = _equal("Radial section, over all azimuths", section.r, section.z)
+    made, on = of_equal_scale("Radial section, over all azimuths", section.r, section.z)
     _draw(on, accuracy_map, section.r, section.z, section.values)
     label_axes(on, "distance from the first axis [mm]", "z [mm]")
     _classes(made, accuracy_map, on)
@@ -251,11 +255,6 @@ def budget_by_zone(accuracy_map: WorkspaceMap) -> Figure:
     label_axes(on, "share of mean square [%]")
     legend(made)
     return made
-
-
-def _at(axis: int, place: float) -> str:
-    """Return the place of a slice along one of the base's axes as text."""
-    return f"{'xyz'[axis]} = {place * 1e3:.4g} mm".replace("-", "−")
 
 
 def _unit(accuracy_map: WorkspaceMap) -> tuple[str, float]:
@@ -329,13 +328,3 @@ def _outline(
         linewidth=1.6,
         label="best placements",
     )
-
-
-def _equal(title: str, x: Floats, y: Floats) -> tuple[Figure, Axes]:
-    """Return a figure whose axes have the same scale, as high as the cells with these centres
-    need.
-    """
-    wide, tall = (max(float(np.ptp(each)), 1e-6) for each in (x, y))
-    made, on = one(title, float(np.clip(_AROUND + _ACROSS * tall / wide, 70, 170)))
-    on.set_aspect("equal")
-    return made, on

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.workspace_map.page.gain import gain_rows
 from lostmotion.analyses.workspace_map.page.labels import (
     SAME,
     configuration_label,
@@ -254,6 +255,7 @@ def reach_section(accuracy_map: WorkspaceMap) -> Section:
             (Cell(int(accuracy_map.uncertain.sum()), "1"),),
             "a few two-valued errors dominate: see the intervals",
         ),
+        *gain_rows(accuracy_map),
     ]
     return Section(
         "reach",
