@@ -17,15 +17,18 @@ from lostmotion.mechanism.even_poses import few_even_poses
 from lostmotion.mechanism.opened_constraints import has_redundant, redundant_ways, ways_of
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import state_of
+from lostmotion.printed import digits
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.opened_constraints import Way
     from lostmotion.spatial import Floats
 
-# Every fourth of the 256 poses spread evenly.
-_EVERY: Final = 4
+# Every 16th of the 256 poses spread evenly.
+_EVERY: Final = 16
 _DEVIATIONS: Final = 2
+# An error that is larger by less than this share changes no digit that is printed.
+_MATTERS: Final = 1e-3
 
 
 def redundant_plays(arm: Arm, q: Floats) -> list[Way]:
@@ -68,8 +71,8 @@ def _may_be_open(arm: Arm, q: Floats, way: Way) -> bool:
 
 def with_larger_error(arm: Arm) -> Arm:
     """Return an over-constrained arm with all its constraints closed, or with those open that the
-    play of one part opens: whichever has the largest r.m.s. error over 64 poses spread evenly, with
-    a remark on both. Any other arm as it is.
+    play of one part opens: whichever has the larger r.m.s. error over 16 poses spread evenly, by
+    0.1 % at least, with a remark on both. Any other arm as it is.
 
     Loads smaller than those that carry a part across its play leave a redundant constraint open,
     larger ones close it; which it is differs from robot to robot. Plays of several parts that are
@@ -94,13 +97,15 @@ def with_larger_error(arm: Arm) -> Arm:
             "they are all closed",
         )
     largest = max(errors, key=lambda part: errors[part])
-    ratio, name = errors[largest] / _root_mean_square(arm, q), short_name(largest)
-    counted = f"{name} open" if ratio > 1 else "all closed"
+    more, name = errors[largest] / _root_mean_square(arm, q) - 1, short_name(largest)
+    opens = more > _MATTERS
+    compared = f"{digits(100 * abs(more))} % {'more' if more >= 0 else 'less'} than with all closed"
+    counted = "1 part" if len(errors) == 1 else f"{len(errors)} parts"
     return arm.with_open_play(
-        largest if ratio > 1 else "",
-        f"plays of {len(errors)} parts may leave redundant constraints open. Opened one by one, "
-        f"that of {name} makes the largest r.m.s. error {where}: {ratio:.4g} times that with all "
-        f"closed. All figures are for the larger error: {counted}",
+        largest if opens else "",
+        f"plays of {counted} may leave redundant constraints open. Opened one by one, "
+        f"that of {name} makes the largest r.m.s. error {where}: {compared}. All figures are with "
+        + (f"those of {name} open" if opens else "all closed"),
     )
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # Poses evaluated at a time, so that their frames fit into memory.
 _BLOCK: Final = 4096
 # Factor by which the position of a closed chain takes longer than that of an open one, roughly.
-_STEP_BY_STEP: Final = 64
+_STEP_BY_STEP: Final = 128
 
 
 def assembled(arm: Arm, q: Floats) -> NDArray[np.bool_]:
