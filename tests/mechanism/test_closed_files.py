@@ -104,6 +104,27 @@ def test_rods_that_are_too_short_have_a_remedy_of_the_platform():
     assert problem.example.startswith("start = { xyz = [")
 
 
+def test_a_misspelt_type_of_a_ball_joint_is_one_mistake():
+    """Its bearing, which then no joint uses, is checked as that of a ball joint."""
+    examples = Path(__file__).parents[2] / "examples"
+    text = (examples / "closed-chains" / "delta-printer.toml").read_text()
+    for wrong, key in (
+        (text.replace('type = "spherical"', 'type = "sperical"'), "joints.A1_ball.type"),
+        (text.replace('kind = "ball"', 'kind = "ball"\nclearence = "1 µm"'), "bearings.ball"),
+        (
+            text + '\n[bearings.spare]\nkind = "ball"\nclearence = "1 µm"\n',
+            "bearings.spare.clearence",
+        ),
+    ):
+        with pytest.raises(InputError) as refused:
+            arm_of("test.toml", tomlkit.parse(wrong).unwrap())
+        (problem,) = refused.value.problems
+        assert problem.key.startswith(key)
+    spare = text + '\n[bearings.spare]\nkind = "ball"\nclearance = "1 µm"\n'
+    arm = arm_of("test.toml", tomlkit.parse(spare).unwrap())
+    assert "described and used by no joint: bearings.spare" in arm.notes
+
+
 def test_a_misspelt_place_of_a_closure_has_the_near_name():
     """In a closure, and in the `joins` of a leg."""
     text = template_text("hexapod").replace('joins = "platform.tip"', 'joins = "platfrm.tip"')

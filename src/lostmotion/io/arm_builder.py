@@ -22,6 +22,7 @@ from lostmotion.io.text import refuse
 from lostmotion.io.validation_errors import problems
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.error_source import Part
+from lostmotion.parts.passive_joints import BallSocket, SphericalJoint
 from lostmotion.parts.profile import Section
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
 # Keys by which drawings of gearboxes name materials, in themselves, in their members and in their
 # first stage.
 MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material", "material", "core")
+_BALL: Final = BallSocket.model_fields["kind"].default
 _TYPES: Final = ("revolute", "prismatic", "fixed", "spherical", "universal", "free")
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
@@ -174,12 +176,16 @@ def _stock(draft: Draft, table: str) -> dict[str, Any]:
 
 def _check_unused(draft: Draft, table: str, name: str, part: Any) -> None:  # noqa: ANN401 - whatever a file holds
     """Note the mistakes in a shared part that no joint names yet, as if a joint did: one that
-    turns, or else one that slides.
+    turns, or else one that slides; a ball joint for a ball.
     """
     if isinstance(part, dict) and "catalogue" in part:
         return
     if table == "sections":
-        _check_section(draft, name, part)
+        _check_alone(draft, _Alone, {"section": part}, "section", f"sections.{step_of(name)}")
+        return
+    if table == "bearings" and isinstance(part, dict) and part.get("kind") == _BALL:
+        ball = {"name": "unused", "type": "spherical", "bearing": part}
+        _check_alone(draft, SphericalJoint, ball, "bearing", f"bearings.{step_of(name)}")
         return
     steps = SHARED[table]
     link = {"length": "1 m", "section": STAND_IN["sections"], "material": STAND_IN["materials"]}
@@ -208,13 +214,16 @@ def _check_unused(draft: Draft, table: str, name: str, part: Any) -> None:  # no
         draft.mistakes += found
 
 
-def _check_section(draft: Draft, name: str, part: Any) -> None:  # noqa: ANN401 - whatever a file holds
-    trial = Draft(draft.file, {}, draft.also, {("section",): f"sections.{step_of(name)}"})
+def _check_alone(
+    draft: Draft, model: type[Part], tree: dict[str, Any], place: str, key: str
+) -> None:
+    """Note the mistakes in a shared part at this place of a model, as mistakes in its key."""
+    trial = Draft(draft.file, {}, draft.also, {(place,): key})
     try:
-        _Alone.model_validate({"section": part}, context={"text": True})
+        model.model_validate(tree, context={"text": True})
     except ValidationError as error:
         if not draft.full:
-            draft.mistakes += problems(error, _Alone, draft.file, trial.key)
+            draft.mistakes += problems(error, model, draft.file, trial.key)
 
 
 def _check_size(draft: Draft) -> None:
