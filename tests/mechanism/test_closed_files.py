@@ -104,7 +104,7 @@ def test_rods_that_are_too_short_have_a_remedy_of_the_platform():
     assert problem.example.startswith("start = { xyz = [")
 
 
-def test_a_misspelt_type_of_a_ball_joint_is_one_mistake():
+def test_a_misspelt_type_of_a_ball_joint_is_one_mistake(tmp_path):
     """Its bearing, which then no joint uses, is checked as that of a ball joint."""
     examples = Path(__file__).parents[2] / "examples"
     text = (examples / "closed-chains" / "delta-printer.toml").read_text()
@@ -116,8 +116,9 @@ def test_a_misspelt_type_of_a_ball_joint_is_one_mistake():
             "bearings.spare.clearence",
         ),
     ):
+        (tmp_path / "wrong.toml").write_text(wrong)
         with pytest.raises(InputError) as refused:
-            arm_of("test.toml", tomlkit.parse(wrong).unwrap())
+            lostmotion.read(tmp_path / "wrong.toml")
         (problem,) = refused.value.problems
         assert problem.key.startswith(key)
     spare = text + '\n[bearings.spare]\nkind = "ball"\nclearance = "1 µm"\n'
