@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from lostmotion.calibration.instruments import FullPoses, Points
+from lostmotion.calibration.sets import FEWEST_IN_SET, in_sets, set_in_words
 from lostmotion.laws.frame_fit import rigid
 from lostmotion.mechanism.state import state_of
 from lostmotion.spatial import inverse
@@ -42,6 +44,8 @@ _TRIMS: Final = 20
 _WRONG_SHARE: Final = 0.125
 # Fewest rows among which a wrong one is found: three quarters determine the frames.
 _MANY: Final = 8
+# Least r.m.s. distance of points from a line by which a turn about it is known, over the reach.
+_LINE: Final = 0.01
 _WRONG_ROW: Final = 20.0
 
 
@@ -100,15 +104,24 @@ def _left(frames: Floats, measured: Floats, frame: Floats, offset: Floats) -> Fl
 def plausible_rows(arm: Arm, measured: MeasuredVisits) -> NDArray[np.int64]:
     """Return the visits whose points no gross mistake moved: all of them for most measurements.
 
-    The best frames are those of three quarters of the rows, whose distances are least. Source: P.
-    Rousseeuw, K. Van Driessen, Data Min. Knowl. Disc. 12 (2006) 29 (least trimmed squares).
+    The best frames are those of three quarters of the rows of a set-up, whose distances are least.
+    Source: P. Rousseeuw, K. Van Driessen, Data Min. Knowl. Disc. 12 (2006) 29 (least trimmed
+    squares).
     """
     frames = state_of(arm, measured.q).frames[-1]
     point = measured.point
     if measured.difference is not None:
         point = frames[:, :3, 3] + measured.difference
-    if point is None or len(point) < _MANY:
+    if point is None:
         return np.arange(len(measured))
+    each = [rows[_plausible(frames[rows], point[rows])] for rows in measured.by_set.values()]
+    return np.sort(np.concatenate(each))
+
+
+def _plausible(frames: Floats, point: Floats) -> NDArray[np.int64]:
+    """Return the points (pose, 3) of one set-up that no gross mistake moved."""
+    if len(point) < _MANY:
+        return np.arange(len(point))
     trusted = np.arange(len(point))
     for _ in range(_TRIMS):
         found = align(frames[trusted], point[trusted])
@@ -157,6 +170,60 @@ def to_base(
         return point, rotation, None
     turned = None if rotation is None else rigid.frame[:3, :3].T @ rotation
     return in_base(rigid.frame, point), turned, rigid
+
+
+def instrument_in_base(
+    frames: Floats, point: Floats, measured: MeasuredVisits, sizes: Deviations
+) -> tuple[Instrument, dict[str, Alignment | None]]:
+    """Return what measured these points (visit, 3), and the orientations of the visits where there
+    are any, in the base frame; and the frame that was removed of each set-up, by its name.
+
+    frames  (visit, 4, 4) nominal frames of the tool, m
+
+    Raises WrongArmError, which names the set where there are several.
+    """
+    rotation, out = measured.rotation, dict[str, Alignment | None]()
+    if len(measured.by_set) == 1:
+        point, rotation, out[""] = to_base(frames, point, rotation, sizes)
+    else:
+        point = point.copy()
+        rotation = None if rotation is None else rotation.copy()
+        for name, rows in measured.by_set.items():
+            turns = None if rotation is None else rotation[rows]
+            try:
+                _refuse_few(measured.q[rows])
+                point[rows], turns, out[name] = to_base(frames[rows], point[rows], turns, sizes)
+                _refuse_line(frames[rows], out[name])
+            except WrongArmError as error:
+                raise WrongArmError(f"{set_in_words(name)}: {error}") from None
+            if rotation is not None:
+                rotation[rows] = turns
+    seen: Instrument = Points(point)
+    if rotation is not None:
+        poses = np.tile(np.eye(4), (len(point), 1, 1))
+        poses[:, :3, :3], poses[:, :3, 3] = rotation, point
+        seen = FullPoses(poses)
+    return in_sets(seen, measured, sizes), out
+
+
+def _refuse_few(q: Floats) -> None:
+    """Raise WrongArmError where the poses (visit, joint) are too few for the frame of a set."""
+    poses = len(np.unique(q, axis=0))
+    if poses < FEWEST_IN_SET:
+        raise WrongArmError(f"{poses} poses do not determine its frame: measure {FEWEST_IN_SET}")
+
+
+def _refuse_line(frames: Floats, alignment: Alignment | None) -> None:
+    """Raise WrongArmError where a frame was removed by points on a line, about which it may have
+    any turn.
+    """
+    points = frames[:, :3, 3]
+    beside = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] / len(points) ** 0.5
+    if alignment is not None and beside < _LINE * np.linalg.norm(points, axis=1).max():
+        raise WrongArmError(
+            f"its points are {1e3 * beside:.3g} mm r.m.s. from a line, about which its frame may "
+            "have any turn: measure poses beside that line"
+        )
 
 
 def refuse_other_arm(error: Floats, frames: Floats, *, turns: bool) -> None:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.instruments import OnInstrument, Rows
-from lostmotion.spatial import exp, right_jacobian, skew
+from lostmotion.calibration.instruments import OnInstrument, Rows, moved_base
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,21 +58,17 @@ class Drifting(OnInstrument):
         growth = 1 + self.time * (drift * _SIZES)[6]
         grown = frames.copy()
         grown[:, :3, 3] *= growth[:, None]
-        turned = exp(twist)
-        moved = turned @ grown
-        found = self.inner.rows(moved, own)
+        moved = moved_base(twist, grown)
+        found = self.inner.rows(moved.frames, own)
         # Motion of the tool about its point by a unit of each.
-        jacobian = right_jacobian(-twist)
         motion = np.zeros((len(frames), 6, len(_SIZES)))
-        motion[:, :, :6] = jacobian
-        motion[:, 3:, :6] -= skew(moved[:, :3, 3]) @ jacobian[:, :3]
-        motion[:, 3:, 6] = (turned[:, :3, :3] @ frames[:, :3, 3:])[:, :, 0]
+        motion[:, :, :6] = moved.motion
+        motion[:, 3:, 6] = (moved.turn @ frames[:, :3, 3:])[:, :, 0]
         motion *= self.time[:, None, None] * _SIZES
         by_unknown = np.concatenate([found.by_unknown, found.by_twist @ motion], axis=2)
         # The drift moves a twist of the arm along.
-        by_twist = found.by_twist.copy()
-        by_twist[:, :, :3] = found.by_twist[:, :, :3] @ turned[:, :3, :3]
-        by_twist[:, :, 3:] = found.by_twist[:, :, 3:] @ turned[:, :3, :3] * growth[:, None, None]
+        by_twist = moved.by_twist(found.by_twist)
+        by_twist[:, :, 3:] *= growth[:, None, None]
         return Rows(found.residual, by_twist, by_unknown)
 
     def part(self, rows: NDArray[np.int64]) -> Drifting:

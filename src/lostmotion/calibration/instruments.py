@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, NamedTuple
 
 import numpy as np
 
-from lostmotion.spatial import right_jacobian
+from lostmotion.spatial import exp, right_jacobian, skew
 
 if TYPE_CHECKING:
     from typing import Self
@@ -39,6 +39,7 @@ class MeasuredVisits:
     time        (visit,) by any clock, s; None: not recorded
     payload     (visit,) mass at the tool, kg; None: that of the arm's file
     signed      whether the differences are known to be attained less commanded
+    sets        (visit,) name of the set-up of the instrument; None: one for all visits
     """
 
     q: Floats
@@ -50,10 +51,22 @@ class MeasuredVisits:
     time: Floats | None = None
     payload: Floats | None = None
     signed: bool = False
+    sets: NDArray[np.str_] | None = None
 
     def __len__(self) -> int:
         """Return the number of visits."""
         return len(self.q)
+
+    @property
+    def by_set(self) -> dict[str, NDArray[np.int64]]:
+        """Return the rows of each set-up by its name, that with the most rows first; all rows
+        without a name where none is stated.
+        """
+        if self.sets is None:
+            return {"": np.arange(len(self))}
+        names = dict.fromkeys(map(str, self.sets))
+        found = {name: np.flatnonzero(self.sets == name) for name in names}
+        return dict(sorted(found.items(), key=lambda each: -len(each[1])))
 
     def rows(self, kept: NDArray[np.int64]) -> Self:
         """Return the visits in these rows."""
@@ -72,6 +85,7 @@ class MeasuredVisits:
             readings=None if read is None else read.rows(kept),
             time=part(self.time),
             payload=part(self.payload),
+            sets=None if self.sets is None else self.sets[kept],
         )
 
 
@@ -239,6 +253,35 @@ class FullPoses(Instrument):
     def part(self, rows: NDArray[np.int64]) -> FullPoses:
         """Return the measurement at the poses in these rows."""
         return FullPoses(self.measured[rows])
+
+
+class MovedBase(NamedTuple):
+    """Frames of the tool on a base that is moved.
+
+    frames  (pose, 4, 4) of the tool
+    turn    (pose, 3, 3) rotation of the base
+    motion  (pose, 6, 6) derivative of the tool's twist by the twist of the base
+    """
+
+    frames: Floats
+    turn: Floats
+    motion: Floats
+
+    def by_twist(self, by_twist: Floats) -> Floats:
+        """Return derivatives (pose, row, 6) by a twist of the tool before its base was moved, from
+        those by a twist of the moved tool.
+        """
+        parts = [by_twist[:, :, :3] @ self.turn, by_twist[:, :, 3:] @ self.turn]
+        return np.concatenate(parts, axis=2)
+
+
+def moved_base(twist: Floats, frames: Floats) -> MovedBase:
+    """Return frames of the tool (pose, 4, 4) on a base that is moved by these twists (pose, 6)."""
+    moved = exp(twist)
+    there = moved @ frames
+    motion = right_jacobian(-twist)
+    motion[:, 3:] -= skew(there[:, :3, 3]) @ motion[:, :3]
+    return MovedBase(there, moved[:, :3, :3], motion)
 
 
 def turned_by_twist(vector: Floats) -> Floats:

@@ -17,7 +17,12 @@ import numpy as np
 from lostmotion.calibration.choices import Asked
 from lostmotion.calibration.fit import fit
 from lostmotion.calibration.terms import is_compliance, is_frame, is_harmonic
-from lostmotion.calibration.validation import blocked_folds, cross_validate, random_folds
+from lostmotion.calibration.validation import (
+    blocked_folds,
+    cross_validate,
+    folds_in_sets,
+    random_folds,
+)
 from lostmotion.parts.forms import Spring
 
 if TYPE_CHECKING:
@@ -94,6 +99,7 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
     scale: float = 1.0,
     noise: float | None = None,
     seed: int = 1,
+    sets: NDArray[np.str_] | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Climb:
     """Return the fit of the errors that the measurement supports, and what each family bought.
@@ -106,8 +112,10 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
     scale  size of the errors that the arm's file states over usual ones
     noise  standard deviation of a coordinate, m; None: estimated
     seed   of the random folds
+    sets   (pose,) name of the set-up of the instrument; None: one
     """
-    labels = blocked_folds(model.matrix.state.frames[-1, :, :3, 3])
+    points, q = model.matrix.state.frames[-1, :, :3, 3], model.matrix.state.q
+    labels = folds_in_sets(lambda rows: blocked_folds(points[rows]), len(model), sets)
     frame = np.array([is_frame(owner) for owner in model.owners])
     harmonic = np.array([is_harmonic(owner) for owner in model.owners])
     soft = np.array([is_compliance(owner) for owner in model.owners])
@@ -146,7 +154,7 @@ def climb(  # noqa: PLR0913 - a measurement, and what to try
             members, seen = here, measured
     if progress is not None:
         progress("validating at random poses", len(families), len(families) + 1)
-    folds = random_folds(model.matrix.state.q, seed)
+    folds = folds_in_sets(lambda rows: random_folds(q[rows], seed), len(model), sets)
     before, after = (cross_validate(*each, folds) for each in (tried[0], tried[-1]))
     return Climb(tried[-1][0], seen, tuple(rungs), before, after)
 

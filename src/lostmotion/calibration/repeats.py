@@ -101,8 +101,8 @@ def common_poses(q: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Repeats:
-    """Which visits are of one pose: of the same joint values, sides of approach, payload and
-    target.
+    """Which visits are of one pose: of the same joint values, sides of approach, payload, target
+    and set.
 
     pose      (visit,) number of the pose of each visit, in the order in which they come
     residual  (visit, row) what is measured less what would be at the nominal pose
@@ -157,8 +157,11 @@ def repeats_of(visits: MeasuredVisits, instrument: Instrument, frames: Floats) -
     columns = np.column_stack([each for each in parts if isinstance(each, np.ndarray)])
     columns = columns + 0.0  # no negative zero
     names = ("",) * len(visits) if visits.readings is None else visits.readings.target
-    of: dict[tuple[str, bytes], int] = {}
-    keys = [(name, row.tobytes()) for name, row in zip(names, columns, strict=True)]
+    sets = names if visits.sets is None else visits.sets
+    of: dict[tuple[str, str, bytes], int] = {}
+    keys = [
+        (name, set_, row.tobytes()) for name, set_, row in zip(names, sets, columns, strict=True)
+    ]
     pose = [of.setdefault(key, len(of)) for key in keys]
     residual = instrument.rows(frames, np.zeros(len(instrument.unknowns))).residual
     return Repeats(np.array(pose), residual)

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from lostmotion.calibration import validation
-from lostmotion.calibration.alignment import refuse_lost_instrument, refuse_other_arm, to_base
+from lostmotion.calibration import alignment, validation
 from lostmotion.calibration.choices import LEAST_GAIN, Asked
 from lostmotion.calibration.drift import drifting
 from lostmotion.calibration.fit import fit
-from lostmotion.calibration.instruments import FullPoses, Points
+from lostmotion.calibration.instruments import Points
 from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.model import model_of, with_payload
 from lostmotion.calibration.partial import instrument_of
 from lostmotion.calibration.reduction import in_best_frames, reduced
 from lostmotion.calibration.repeats import at_poses, repeats_of
+from lostmotion.calibration.sets import in_sets
 from lostmotion.calibration.tags import tags_of
 from lostmotion.calibration.terms import (
     Deviations,
@@ -34,7 +34,7 @@ from lostmotion.mechanism.calibration import Calibration, size_of
 from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
@@ -108,7 +108,7 @@ class Robot:
     frames       (pose, 4, 4) nominal frames of the tool
     sizes        prior deviations of what the file does not state
     inflation    factor on the covariance, by held-out measurements
-    alignment    frame of the instrument that was removed; None: the base frame
+    alignments   frame of the instrument that was removed, by its set-up; None: the base frame
     sign         -1 where measured differences are read as commanded less attained
     favoured     sign that the measurement decides for; 0: either fits about as well
     errors       of the robot, largest effect first
@@ -125,7 +125,7 @@ class Robot:
     frames: Floats
     sizes: Deviations
     inflation: float
-    alignment: Alignment | None
+    alignments: Mapping[str, Alignment | None]
     sign: int
     favoured: int
     errors: tuple[EstimatedError, ...]
@@ -170,7 +170,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     other arguments as for `climb`
 
     Raises WrongArmError where base and tool frame leave more than 5 % of the reach, and ValueError
-    where neither points nor differences are measured.
+    where neither points nor differences are measured, or several sets of any other readings.
     """
     chosen = sizes or Deviations()
     turn = 0.0 if measured.rotation is None else chosen.base_turn
@@ -187,9 +187,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
     drift = drifting(seen.instrument, measured.time)
     still = repeats.mean(seen.instrument)
     moving = None if drift is None else repeats.mean(drift)
-    pose = validation.numbered(visits.q)
-    mixed = np.random.default_rng(seed).permutation(int(pose.max()) + 1)
-    apart = np.isin(pose, mixed[: round(hold_out * len(mixed))])
+    apart = validation.kept_aside(visits, hold_out, seed)
     aside, used = np.flatnonzero(apart), np.flatnonzero(~apart)
     repeated = at_poses(single, repeats, still, used, noise)
     every = repeated.model
@@ -206,12 +204,13 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         noise=noise,
         seed=seed,
         progress=progress,
+        sets=None if visits.sets is None else visits.sets[used],
     )
     if measured.readings is not None:
         turns = not (still.noise == 1.0).any()
-        refuse_other_arm(found.before.error, every.matrix.state.frames[-1], turns=turns)
+        alignment.refuse_other_arm(found.before.error, every.matrix.state.frames[-1], turns=turns)
         own = len(found.model.streams) + np.arange(len(still.unknowns))
-        refuse_lost_instrument(found.instrument, found.kept.fit.mean[own])
+        alignment.refuse_lost_instrument(found.instrument, found.kept.fit.mean[own])
     inflation = found.kept.blocked.inflation
     tested, source = None, f"{len(used)} measured poses"
     if len(aside):
@@ -227,7 +226,7 @@ def robot_of(  # noqa: PLR0913 - a calibration is these choices
         seen.frames[repeats.first[used]],
         chosen,
         inflation,
-        seen.alignment,
+        seen.alignments,
         seen.sign,
         seen.favoured,
         estimated_errors(found.model, found.kept.fit, found.instrument),
@@ -255,7 +254,7 @@ class MeasuredInBase(NamedTuple):
 
     instrument: Instrument
     frames: Floats
-    alignment: Alignment | None = None
+    alignments: Mapping[str, Alignment | None]
     sign: int = 1
     favoured: int = 1
 
@@ -264,24 +263,24 @@ def measured_in_base(arm: Arm, measured: MeasuredVisits, sizes: Deviations) -> M
     """Return what was measured, in the base frame. Arguments and errors as for `robot_of`."""
     frames = state_of(arm, measured.q).frames[-1]
     if measured.readings is not None:
+        if len(measured.by_set) > 1:
+            raise ValueError("several sets of readings of one number, or of pixels")
         of = tags_of if measured.readings.kind == "tags" else instrument_of
-        return MeasuredInBase(of(measured.readings, frames), frames)
+        return MeasuredInBase(of(measured.readings, frames), frames, {})
     sign, favoured, point = 1, 1, measured.point
     if point is None:
         if measured.difference is None:
             raise ValueError("neither points nor differences are measured")
-        better, favoured = _sign(arm, measured.q, frames, measured.difference)
+        better, favoured = _sign(arm, measured, frames, measured.difference)
         sign = 1 if measured.signed else better
         point = frames[:, :3, 3] + sign * measured.difference
-    point, rotation, alignment = to_base(frames, point, measured.rotation, sizes)
-    if rotation is None:
-        return MeasuredInBase(Points(point), frames, alignment, sign, favoured)
-    poses = np.tile(np.eye(4), (len(point), 1, 1))
-    poses[:, :3, :3], poses[:, :3, 3] = rotation, point
-    return MeasuredInBase(FullPoses(poses), frames, alignment, sign, favoured)
+    seen, frame_of = alignment.instrument_in_base(frames, point, measured, sizes)
+    return MeasuredInBase(seen, frames, frame_of, sign, favoured)
 
 
-def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats) -> tuple[int, int]:
+def _sign(
+    arm: Arm, measured: MeasuredVisits, frames: Floats, difference: Floats
+) -> tuple[int, int]:
     """Return 1 where differences fit better as attained less commanded, -1 as the reverse: by the
     evidence of base and tool frame; and the same, or 0 where that does not decide.
 
@@ -289,13 +288,15 @@ def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats) -> tuple[int,
     decides where the reverse also leaves about a hundredth more at each coordinate. Its noise is
     estimated: frames alone leave much more than that of the instrument.
     """
-    model = model_of(arm, q, added_terms(arm, Deviations()))
+    usual = Deviations()
+    model = model_of(arm, measured.q, added_terms(arm, usual))
     outer = model.keeping(np.flatnonzero([is_frame(owner) for owner in model.owners]))
-    asked = Asked(np.ones(len(outer.streams)), release=False, robust=False)
-    found = {
-        sign: fit(outer, Points(frames[:, :3, 3] + sign * difference), asked).evidence
-        for sign in (1, -1)
-    }
+    found = {}
+    for sign in (1, -1):
+        seen = in_sets(Points(frames[:, :3, 3] + sign * difference), measured, usual)
+        count = len(outer.streams) + len(seen.unknowns)
+        asked = Asked(np.ones(count), release=False, robust=False)
+        found[sign] = fit(outer, seen, asked).evidence
     better = max(found, key=lambda sign: found[sign])
     gain = found[better] - found[-better]
     return better, better if gain > max(LEAST_GAIN, _DECISIVE * difference.size) else 0

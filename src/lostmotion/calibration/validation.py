@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.calibration.fit import fit, linearised, whitened
+from lostmotion.calibration.sets import FEWEST_IN_SET
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from lostmotion.calibration.choices import Asked
     from lostmotion.calibration.fit import Estimates
-    from lostmotion.calibration.instruments import Instrument
+    from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.model import RobotModel
     from lostmotion.spatial import Floats
 
@@ -137,6 +140,39 @@ def blocked_folds(points: Floats) -> NDArray[np.int64]:
             for k in range(count)
         ]
     return labels
+
+
+def folds_in_sets(
+    folds_of: Callable[[NDArray[np.int64]], NDArray[np.int64]],
+    count: int,
+    sets: NDArray[np.str_] | None,
+) -> NDArray[np.int64]:
+    """Return the number of the fold of each of so many poses by `folds_of`, a function of rows.
+
+    The frame of a set is no property of the arm that others predict: a set of which a fold leaves
+    too few poses has folds of its own.
+    """
+    out = folds_of(np.arange(count))
+    for name in [] if sets is None else np.unique(sets):
+        here = np.flatnonzero(sets == name)
+        if len(here) - np.bincount(out[here]).max() < FEWEST_IN_SET:
+            out[here] = folds_of(here)
+    return out
+
+
+def kept_aside(visits: MeasuredVisits, share: float, seed: int) -> NDArray[np.bool_]:
+    """Return which visits are at a share of the poses, at random: fewer where a set would have too
+    few left for its frame.
+    """
+    pose = numbered(visits.q)
+    mixed = np.random.default_rng(seed).permutation(int(pose.max()) + 1)
+    apart = np.isin(pose, mixed[: round(share * len(mixed))])
+    if visits.sets is not None:
+        for rows in visits.by_set.values():
+            poses, left = np.unique(pose[rows]), np.unique(pose[rows[~apart[rows]]])
+            back = np.setdiff1d(poses, left)[: max(FEWEST_IN_SET - len(left), 0)]
+            apart &= ~np.isin(pose, back)
+    return np.asarray(apart)
 
 
 def cross_validate(

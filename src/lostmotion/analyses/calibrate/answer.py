@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.calibrate.frames import frames_of_instrument
 from lostmotion.calibration.alignment import plausible_rows
 from lostmotion.calibration.chain import ChainErrors
 from lostmotion.calibration.choices import Asked
@@ -254,12 +255,7 @@ def _warnings(
             f"in the accuracy: {names}"
         )
     out += _of_sign(robot, visits)
-    if robot.alignment is not None:
-        out.append(
-            "the measurements are in the frame of the instrument, "
-            f"{length(robot.alignment.shift)} and {Cell(robot.alignment.turn, '°')} from the base: "
-            "brought into the base frame"
-        )
+    out += frames_of_instrument(robot)
     out += [
         f"{rung.name} not estimated: {rung.reason}" for rung in robot.climb.rungs if not rung.kept
     ]

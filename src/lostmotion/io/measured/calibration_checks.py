@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.calibration.sets import FEWEST_IN_SET, set_in_words, small_sets
 from lostmotion.calibration.terms import Deviations
 from lostmotion.errors import Problem, shown
 from lostmotion.io.measured.table import MOST_MISTAKES
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lostmotion.calibration.instruments import Readings
+    from lostmotion.calibration.instruments import MeasuredVisits, Readings
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -171,6 +172,46 @@ def mistakes_in_targets(
         for name, count in Counter(readings.target).items()
         if count < fewest
     ]
+
+
+def mistakes_in_sets(
+    visits: MeasuredVisits, files: Sequence[str], lines: Sequence[int]
+) -> list[Problem]:
+    """Return sets with too few poses, and several sets of an instrument whose place is estimated.
+
+    files, lines  of each visit
+    """
+    of = visits.by_set
+    if visits.readings is not None and len(of) > 1:
+        expected = "points, differences or poses, or rows of one set-up"
+        kind = visits.readings.kind
+        if kind in {"distance", "plane", "sphere"}:
+            column = PARTIAL[kind] or kind
+            expected += f"; without the column set, another name in {column} for each set-up"
+        found = f"{len(of)} sets of {kind} readings"
+        return [Problem(files[0], "line 1, set", found, expected)]
+    least = f"at least {FEWEST_IN_SET} poses in each set, which determine its frame: measure more, "
+    least += "or remove these rows"
+    return [
+        Problem(
+            files[rows[0]],
+            set_in_words(name),
+            f"{len(rows)} rows at fewer than {FEWEST_IN_SET} poses, line "
+            + ", ".join(str(lines[k]) for k in rows[:MOST_MISTAKES]),
+            least,
+        )
+        for name, rows in small_sets(visits).items()
+    ]
+
+
+def nameless_sets(file: str, names: Sequence[str], lines: Sequence[int]) -> list[Problem]:
+    """Return rows whose cell in the column set is empty."""
+    expected = "the name of the set-up of the instrument in every row, or no column set"
+    return [
+        Problem(file, f"line {line}, set", "nothing", expected, "day 2")
+        for name, line in zip(names, lines, strict=True)
+        if not name
+    ][:MOST_MISTAKES]
 
 
 def whole_tags(

@@ -74,7 +74,7 @@ def layout_of(
         **{role: unit for role, unit in OPTIONAL.items() if role in with_unit},
     }
     left_out = set() if instrument is None else _MEASURED - _COLUMNS[instrument]
-    words = ("to", "along", "about", "plane", "sphere", "tag")
+    words = ("to", "along", "about", "plane", "sphere", "tag", "set")
     counts = (*QUATERNION, *PIXELS, *(f"{name} approach" for name in own))
     layout = Layout(
         words=tuple(role for role in words if role not in left_out),

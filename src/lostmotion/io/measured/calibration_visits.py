@@ -7,7 +7,7 @@ x, y and z are the attained tool point; qw to qz, or rx, ry and rz (rotations ab
 in that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign a
 line above the rows states, `# sign: commanded - attained`; else the fit finds it. `A approach` is
 the sign of the last motion of joint A, time [s] that of the visit by any clock, and payload [kg]
-the mass at the tool.
+the mass at the tool. `set` is the name of the set-up of the instrument, where it was moved.
 
 In their place one number: distance [mm] with `to`, the name of its fixed end; dial [mm] with
 `along`, or angle [deg] with `about`, an axis x, y or z of the base; `plane`, the name of a plane
@@ -34,7 +34,9 @@ from lostmotion.io.measured.calibration_checks import (
     POINT,
     differing,
     equal_rows,
+    mistakes_in_sets,
     mistakes_in_targets,
+    nameless_sets,
     not_unit,
     other_units,
     out_of_range,
@@ -141,6 +143,7 @@ def read_calibration_visits(
     timed = [each.time is not None for each in found]
     times = _joined([each.time for each in found]) if all(timed) else None
     unused = ["some of the files state no time: it is not used"] if any(timed) > all(timed) else []
+    sets, notes = _sets(found)
     digest = hashlib.blake2b(digest_size=16)
     for each in files:
         digest.update(Path(each).read_bytes())
@@ -155,9 +158,13 @@ def read_calibration_visits(
         payload=_payloads(found, arm),
         lines=tuple(line for each in found for line in each.lines),
         readings=_joined_readings([each.readings for each in found if each.readings]),
-        remarks=(*dict.fromkeys(text for each in found for text in each.remarks), *unused),
+        remarks=(*dict.fromkeys(text for each in found for text in each.remarks), *unused, *notes),
         digest=digest.hexdigest(),
+        sets=sets,
     )
+    file_of = [each.file for each in found for _ in each.lines]
+    if wrong := mistakes_in_sets(joined, file_of, joined.lines):
+        refuse_all(wrong)
     kept = _without_duplicates(joined)
     if len(kept) < FEWEST:
         expected = f"at least {FEWEST} different rows; 10 to 50 calibrate an arm"
@@ -189,6 +196,23 @@ def _payloads(visits: Sequence[CalibrationVisits], arm: Arm) -> Floats | None:
     return np.concatenate(parts)
 
 
+def _sets(
+    visits: Sequence[CalibrationVisits],
+) -> tuple[NDArray[np.str_] | None, list[str]]:
+    """Return the name of the set of each visit, None where all are of one; and a remark on files
+    that name none, whose rows are one set together.
+    """
+    names = [name for each in visits for name in _set_names(each)]
+    if len(set(names)) == 1:
+        return None, []
+    note = "files without a column set: their rows are one set of their own"
+    return np.array(names), [note] if "" in names else []
+
+
+def _set_names(visits: CalibrationVisits) -> list[str]:
+    return [""] * len(visits) if visits.sets is None else visits.sets.tolist()
+
+
 def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
     """Return visits without those that repeat another one in everything that was read.
 
@@ -197,7 +221,8 @@ def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
     """
     parts = (visits.approach, visits.time, visits.payload)
     read = visits.readings
-    names = ("",) * len(visits) if read is None else read.target
+    targets = ("",) * len(visits) if read is None else read.target
+    names = list(zip(targets, _set_names(visits), strict=True))
     poses = _rows_of([np.round(visits.q / _SAME_JOINTS), *parts], names)
     values = (visits.point, visits.difference, visits.rotation, read and read.value)
     rows = _rows_of(values, poses)
@@ -258,6 +283,7 @@ def _read(
     if QUATERNION in groups:
         mistakes += not_unit(file, groups[QUATERNION], lines)
     mistakes += out_of_range(file, values, lines)
+    mistakes += nameless_sets(file, words.get("set", []), lines)
     unread = [role for role in OPTIONAL if role in table.names and role not in values]
     remarks += [f"the column {role} states no unit: it is not used" for role in unread]
     if mistakes:
@@ -284,6 +310,7 @@ def _read(
         remarks=(*remarks, *header.remarks),
         noise=header.noise,
         sizes=header.sizes,
+        sets=np.array(words["set"]) if "set" in words else None,
     )
     return visits if images is None or readings is None else _of_images(visits, readings, images)
 

@@ -1,0 +1,34 @@
+"""The frames of the instrument that a calibration removes, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.calibration.sets import set_in_words
+from lostmotion.reporting.sheet import Cell, length
+
+if TYPE_CHECKING:
+    from lostmotion.calibration.robot import Robot
+
+
+def frames_of_instrument(robot: Robot) -> list[str]:
+    """Return which frames of the instrument were removed, and of several sets the one in whose base
+    frame the results are.
+    """
+    several_sets = len(robot.alignments) > 1
+    out = []
+    if several_sets:
+        first = set_in_words(next(iter(robot.alignments)))
+        out.append(
+            f"{len(robot.alignments)} sets, each with a frame of its own: corrected commands are "
+            f"in the base frame of {first}"
+        )
+    for name, frame in robot.alignments.items():
+        if frame is not None:
+            whose = f" of {set_in_words(name)}" if several_sets else ""
+            out.append(
+                f"the measurements{whose} are in the frame of the instrument, "
+                f"{length(frame.shift)} and {Cell(frame.turn, '°')} from the base: "
+                "brought into the base frame"
+            )
+    return out
