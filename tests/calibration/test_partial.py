@@ -15,6 +15,7 @@ from lostmotion.calibration.fit import fit
 from lostmotion.calibration.instruments import (
     Camera,
     FullPoses,
+    Instrument,
     MeasuredVisits,
     Points,
     Readings,
@@ -22,6 +23,7 @@ from lostmotion.calibration.instruments import (
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.partial import instrument_of
 from lostmotion.calibration.robot import robot_of
+from lostmotion.calibration.sets import InSets
 from lostmotion.calibration.tags import CORNERS, Tags, tags_of
 from lostmotion.calibration.terms import Deviations, added_terms
 from lostmotion.error_model.poses import sample_poses
@@ -54,7 +56,15 @@ def instruments(frames: np.ndarray) -> dict:
         "angle": instrument_of(Readings("angle", near, axes), turned),
         "tags": some_tags(frames),
         "drift": drifting(FullPoses(turned), np.arange(len(frames))),
+        "sets": some_sets(FullPoses(turned)),
+        "sets that drift": drifting(some_sets(Points(turned[:, :3, 3])), np.arange(len(frames))),
     }
+
+
+def some_sets(instrument: Instrument) -> InSets:
+    """Return an instrument that was set up three times."""
+    sizes = np.repeat([0.1, 0.2], 3)
+    return InSets(instrument, ("A", "B", "C"), np.arange(24) % 3, sizes)
 
 
 def some_tags(frames: np.ndarray) -> Tags:
@@ -66,7 +76,10 @@ def some_tags(frames: np.ndarray) -> Tags:
     return Tags(("A", "B"), np.arange(count) % 2, pixel, camera, at, exp(np.zeros((2, 6))), 2.0)
 
 
-KINDS = ("points", "poses", "distance", "plane", "sphere", "dial", "angle", "tags", "drift")
+KINDS = (
+    *("points", "poses", "distance", "plane", "sphere", "dial", "angle", "tags", "drift"),
+    *("sets", "sets that drift"),
+)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -76,7 +89,7 @@ def test_rows_equal_central_differences(kind):
     """
     frames = some_frames(24)
     made = instruments(frames)[kind]
-    unknowns = CHANCE.normal(0, 100 if kind == "drift" else 0.1, len(made.unknowns))
+    unknowns = CHANCE.normal(0, {"drift": 100, "sets": 1}.get(kind, 0.1), len(made.unknowns))
     rows, step = made.rows(frames, unknowns), 1e-5
     for k in range(6):
         ends = []

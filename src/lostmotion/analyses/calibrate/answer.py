@@ -255,7 +255,7 @@ def _warnings(
             f"in the accuracy: {names}"
         )
     out += _of_sign(robot, visits)
-    out += frames_of_instrument(robot)
+    out += frames_of_instrument(robot, visits)
     out += [
         f"{rung.name} not estimated: {rung.reason}" for rung in robot.climb.rungs if not rung.kept
     ]

@@ -264,9 +264,11 @@ def _read(
         values |= {role: sign * values[role] for role in SIGNED if role in values}
     lines = table.lines
     q = np.column_stack([values[role] for role in of.values()])
-    mistakes = outside_limits(file, q, lines, arm) + other_units(
-        file, values, lines, tool_points(arm, q)
-    )
+    sets = np.array(words["set"]) if "set" in words else None
+    mistakes = outside_limits(file, q, lines, arm)
+    for rows in MeasuredVisits(q, sets=sets).by_set.values():
+        here = {role: each[rows] for role, each in values.items()}
+        mistakes += other_units(file, here, [lines[k] for k in rows], tool_points(arm, q[rows]))
     groups: dict[tuple[str, ...], Floats] = {
         group: np.column_stack([values[role] for role in group])
         for group in (POINT, DIFFERENCE, TURNS, QUATERNION)
@@ -310,7 +312,7 @@ def _read(
         remarks=(*remarks, *header.remarks),
         noise=header.noise,
         sizes=header.sizes,
-        sets=np.array(words["set"]) if "set" in words else None,
+        sets=sets,
     )
     return visits if images is None or readings is None else _of_images(visits, readings, images)
 
