@@ -204,7 +204,7 @@ def test_a_set_without_a_frame_is_refused(second, text):
         turned = np.tile(Q[0], (4, 1))
         turned[:, -1] += np.arange(4)  # the tool turns in place
         at = np.concatenate([Q, turned])
-        points = state_of(ARM, at).frames[-1, :, :3, 3]
+        points = state_of(ARM, at).frames[-1, :, :3, 3].copy()
         points[30:] = points[30:] @ MOVED[:3, :3].T + MOVED[:3, 3]
         visits = MeasuredVisits(at, points, sets=np.repeat(["A", "B"], [30, 4]))
     with pytest.raises(WrongArmError, match=f"^set B: .*{text}"):

@@ -16,6 +16,8 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.spatial import inverse
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from lostmotion.calibration.instruments import Instrument, MeasuredVisits
@@ -224,6 +226,38 @@ def _refuse_line(frames: Floats, alignment: Alignment | None) -> None:
             f"its points are {1e3 * beside:.3g} mm r.m.s. from a line, about which its frame may "
             "have any turn: measure poses beside that line"
         )
+
+
+def alignments_in_words(
+    alignments: Mapping[str, Alignment | None], visits: MeasuredVisits
+) -> list[str]:
+    """Return which frames of the instrument were removed, in whose base frame the results of
+    several sets are, and which sets have no pose beside those that their frame needs.
+
+    alignments  as of `instrument_in_base`
+    visits      the first one to each pose that was used
+    """
+    out, several = [], len(alignments) > 1
+    if several:
+        out.append(
+            f"{len(alignments)} sets, each with a frame of its own: corrected commands are in the "
+            f"base frame of {set_in_words(next(iter(alignments)))}"
+        )
+    for name, found in alignments.items():
+        if found is not None:
+            whose = f" of {set_in_words(name)}" if several else ""
+            out.append(
+                f"the measurements{whose} are in the frame of the instrument, "
+                f"{1e3 * found.shift:.3g} mm and {np.degrees(found.turn):.3g}° from the base: "
+                "brought into the base frame"
+            )
+        poses = len(visits.by_set.get(name, ()))
+        if several and poses <= FEWEST_IN_SET:
+            out.append(
+                f"{set_in_words(name)} has {poses} poses, which its frame needs: their errors "
+                "where they are held out are mostly those of that frame"
+            )
+    return out
 
 
 def refuse_other_arm(error: Floats, frames: Floats, *, turns: bool) -> None:

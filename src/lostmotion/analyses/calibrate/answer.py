@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.calibrate.frames import frames_of_instrument
-from lostmotion.calibration.alignment import plausible_rows
+from lostmotion.calibration.alignment import alignments_in_words, plausible_rows
 from lostmotion.calibration.chain import ChainErrors
 from lostmotion.calibration.choices import Asked
 from lostmotion.calibration.correction import corrected
@@ -255,7 +254,7 @@ def _warnings(
             f"in the accuracy: {names}"
         )
     out += _of_sign(robot, visits)
-    out += frames_of_instrument(robot, visits)
+    out += alignments_in_words(robot.alignments, visits)
     out += [
         f"{rung.name} not estimated: {rung.reason}" for rung in robot.climb.rungs if not rung.kept
     ]

@@ -285,7 +285,7 @@ def _read(
     if QUATERNION in groups:
         mistakes += not_unit(file, groups[QUATERNION], lines)
     mistakes += out_of_range(file, values, lines)
-    mistakes += nameless_sets(file, words.get("set", []), lines)
+    mistakes += nameless_sets(file, words["set"], lines) if "set" in words else []
     unread = [role for role in OPTIONAL if role in table.names and role not in values]
     remarks += [f"the column {role} states no unit: it is not used" for role in unread]
     if mistakes:
