@@ -248,7 +248,7 @@ def alignments_in_words(
             whose = f" of {set_in_words(name)}" if several else ""
             out.append(
                 f"the measurements{whose} are in the frame of the instrument, "
-                f"{1e3 * found.shift:.3g} mm and {np.degrees(found.turn):.3g}° from the base: "
+                f"{found.shift:.3f} m and {np.degrees(found.turn):.3g}° from the base: "
                 "brought into the base frame"
             )
         poses = len(visits.by_set.get(name, ()))
