@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.mechanism.assembly import may_not_assemble
 from lostmotion.mechanism.even_poses import few_even_poses
 from lostmotion.mechanism.state import state_of
-from lostmotion.parts.play import InPlay
+from lostmotion.parts.play import decides_on
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,8 +26,7 @@ def open_plays(state: State) -> dict[str, NDArray[np.bool_]]:
     conditions = state.conditions()
     out: dict[str, NDArray[np.bool_]] = {}
     for placed in state.arm.terms:
-        form = placed.term.form
-        decides = form.decides if isinstance(form, InPlay) else form.threshold
+        decides = decides_on(placed.term.form)
         if decides is not None and placed.place in joints:
             name = joints[placed.place]
             found = decides.share(conditions(placed)) < 0.5  # noqa: PLR2004 - most robots

@@ -20,7 +20,11 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.printed import digits
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.closed_statics import Loops
     from lostmotion.mechanism.opened_constraints import Way
     from lostmotion.spatial import Floats
 
@@ -41,21 +45,26 @@ def redundant_plays(arm: Arm, q: Floats) -> list[Way]:
     return [way for way in ways_of(arm.terms) if redundant_ways(closed[0], way).any()]
 
 
-def plays_that_may_open(arm: Arm, q: Floats) -> list[Way]:
-    """Return those of `redundant_plays` that loads and errors do not carry across, at any of these
-    poses.
+def open_matrices(arm: Arm, q: Floats, ways: Iterable[Way]) -> dict[str, PoseMatrix]:
+    """Return the pose matrix with the constraints of each of these plays open, by its part, but for
+    those across which loads and errors carry the part at all poses q (pose, joint), and those that
+    leave an error of rigid parts without an answer.
     """
-    return [way for way in redundant_plays(arm, q) if _may_be_open(arm, q, way)]
+    out = {}
+    for way in ways:
+        try:
+            matrix = screws(state_of(arm.with_open_play(way.part), q))
+        except InputError:
+            continue
+        if matrix.state.closed is not None and _may_be_open(matrix, *matrix.state.closed, way):
+            out[way.part] = matrix
+    return out
 
 
-def _may_be_open(arm: Arm, q: Floats, way: Way) -> bool:
-    """Return whether a part with its constraints open stays within its play at any of these poses
-    (pose, joint): loads and errors, their mean and two deviations, move it less than that far.
+def _may_be_open(matrix: PoseMatrix, loops: Loops, wrenches: Floats, way: Way) -> bool:
+    """Return whether a part with its constraints open stays within its play at any pose: loads and
+    errors, their mean and two deviations, move it less than that far.
     """
-    matrix = screws(state_of(arm.with_open_play(way.part), q))
-    if matrix.state.closed is None:
-        return False
-    loops, wrenches = matrix.state.closed
     # position in the play (pose, m, 6) per wrench on the place
     gives = np.linalg.pinv(way.directions.T) @ loops.compliance[way.place]
     own = at_tool_point(loops.at, way.place).transpose(0, 2, 1)
@@ -82,14 +91,14 @@ def with_larger_error(arm: Arm) -> Arm:
         return arm
     try:
         q = few_even_poses(arm)[::_EVERY]
-    except InputError:  # assembled nowhere: what is asked of it says so
+        ways = redundant_plays(arm, q)
+        closed = _root_mean_square(screws(state_of(arm, q))) if ways else 0.0
+    except InputError:  # what is asked of it says so
         return arm
-    if not redundant_plays(arm, q):
+    if not ways:
         return arm
     where = f"at {len(q)} poses spread evenly"
-    parts = [way.part for way in plays_that_may_open(arm, q)]
-    every = {part: _root_mean_square(arm.with_open_play(part), q) for part in parts}
-    errors = {part: error for part, error in every.items() if not math.isnan(error)}
+    errors = {part: _root_mean_square(each) for part, each in open_matrices(arm, q, ways).items()}
     if not errors:
         return arm.with_open_play(
             "",
@@ -97,7 +106,7 @@ def with_larger_error(arm: Arm) -> Arm:
             "they are all closed",
         )
     largest = max(errors, key=lambda part: errors[part])
-    more, name = errors[largest] / _root_mean_square(arm, q) - 1, short_name(largest)
+    more, name = errors[largest] / closed - 1, short_name(largest)
     opens = more > _MATTERS
     compared = f"{digits(100 * abs(more))} % {'more' if more >= 0 else 'less'} than with all closed"
     counted = "1 part" if len(errors) == 1 else f"{len(errors)} parts"
@@ -109,12 +118,6 @@ def with_larger_error(arm: Arm) -> Arm:
     )
 
 
-def _root_mean_square(arm: Arm, q: Floats) -> float:
-    """Return the r.m.s. error of the tool point (m) at these poses (pose, joint); NaN where
-    rigid parts leave an error without an answer.
-    """
-    try:
-        squares = screws(state_of(arm, q)).merged.level_squares
-    except InputError:
-        return math.nan
-    return math.sqrt(float(np.mean(squares.sum(axis=1))))
+def _root_mean_square(matrix: PoseMatrix) -> float:
+    """Return the r.m.s. error of the tool point (m) over the poses of a pose matrix."""
+    return math.sqrt(float(np.mean(matrix.merged.level_squares.sum(axis=1))))

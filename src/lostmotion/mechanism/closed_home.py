@@ -191,10 +191,10 @@ def holds_drives(tree: Tree) -> bool:
     method ended: where it did not close the chain, that is often a singularity, such as legs
     stretched towards each other.
     """
-    _, columns = balance(tree)
+    rows, columns = balance(tree)
     step = _AWAY * np.sin(np.arange(1.0, len(columns) + 1)) * columns
     motions = moved_on(tree, home_of(tree).motions, step[None])
     at = frames_at(tree, np.array(tree.home)[None], motions)
     passive = balanced_jacobian(tree, at)[0]
-    driven = loop_columns(tree, at, list(tree.moved))[0] * balance(tree)[0][:, None]
+    driven = loop_columns(tree, at, list(tree.moved))[0] * rows[:, None]
     return rank_of(np.concatenate([driven, passive], axis=1)) > rank_of(passive)

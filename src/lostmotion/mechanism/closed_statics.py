@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import at_tool_point, carry
+from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.closed_jacobian import balance, loop_columns, signs, twist_units
 from lostmotion.spatial import mapped
 
@@ -120,6 +121,15 @@ class Loops:
         inverted = np.where(zero, 0.0, 1 / np.where(zero, 1.0, values))
         null = vectors * zero[:, None, :]
         return (vectors * inverted[:, None, :]) @ vectors.transpose(0, 2, 1), null[:, : len(rows)]
+
+    @functools.cached_property
+    def redundant(self) -> Floats:
+        """Return a basis (pose, equation, load) of the loads of the closures that no passive joint
+        feels, of balanced equations.
+        """
+        rows, columns = balance(self.tree)
+        every = np.linalg.svd(self.columns * rows[:, None] * columns)[0]
+        return np.asarray(every[:, :, home_of(self.tree).rank :])
 
     @functools.cached_property
     def loop_compliance(self) -> Floats:

@@ -49,15 +49,14 @@ def redundant_ways(loops: Loops, way: Way) -> Floats:
     Each moves the closures by one, rad or as a share of the size of the chain.
     """
     place, directions, tree = way.place, way.directions, loops.tree
-    rows, columns = balance(tree)
+    rows, _ = balance(tree)
     sign = signs(tree)[:, place]
     moved = rows[:6, None] * (at_tool_point(loops.at, place) @ directions.T)
     misfit = np.concatenate([each * moved for each in sign], axis=1)
-    rank = home_of(tree).rank
-    left = np.linalg.svd(loops.columns * rows[:, None] * columns)[0][:, :, rank:]
     size = np.linalg.norm(misfit, axis=1).max(axis=1, initial=0.0)[:, None, None]
     size[size == 0] = 1.0
-    _, found, chosen = np.linalg.svd(left.transpose(0, 2, 1) @ misfit / size, full_matrices=False)
+    felt = loops.redundant.transpose(0, 2, 1) @ misfit / size
+    _, found, chosen = np.linalg.svd(felt, full_matrices=False)
     chosen = chosen * (found > RANK)[:, :, None]
     return np.asarray(directions.T @ chosen.transpose(0, 2, 1) / size)
 

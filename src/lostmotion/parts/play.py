@@ -129,9 +129,14 @@ class InPlay(Form):
         return np.asarray(self.whole(at) * (share if self.above else 1 - share))
 
 
+def decides_on(form: Form) -> Threshold | None:
+    """Return the friction that decides whether the play of a form is closed; None without play."""
+    return form.decides if isinstance(form, InPlay) else form.threshold
+
+
 def seats_of(form: Form) -> tuple[Seat, ...]:
     """Return the seats of the play in which a form exists; none for a form without play."""
-    decides = form.decides if isinstance(form, InPlay) else form.threshold
+    decides = decides_on(form)
     if isinstance(decides, AnySeat):
         return decides.seats
     return (decides,) if isinstance(decides, Seat) else ()
