@@ -6,9 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.page.slices import index_at, of_equal_scale, place_text
+from lostmotion.analyses.workspace_map.page.slices import (
+    draw_cells,
+    index_at,
+    of_equal_scale,
+    place_text,
+)
 from lostmotion.reporting.chart import label_axes
-from lostmotion.reporting.map_chart import cells, class_legend, class_of
+from lostmotion.reporting.map_chart import class_legend, class_of
 from lostmotion.reporting.palette import class_limits
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Cell, Row
@@ -35,8 +40,7 @@ def gain_plots(accuracy_map: WorkspaceMap, through: Floats) -> list[Plot]:
         made, on = of_equal_scale(
             f"Gain, {names[0]}-{names[1]} slice, {place_text(other, height)}", x, y
         )
-        edges = [1e3 * np.append(each - grid.edge / 2, each[-1] + grid.edge / 2) for each in (x, y)]
-        cells(on, edges[0], edges[1], class_of(np.take(gain, index, axis=other), limits))
+        draw_cells(on, grid.edge, x, y, class_of(np.take(gain, index, axis=other), limits))
         label_axes(on, f"{names[0]} [mm]", f"{names[1]} [mm]")
         class_legend(made, limits, "gain over that at home")
         words = (

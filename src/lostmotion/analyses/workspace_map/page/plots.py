@@ -14,6 +14,7 @@ from lostmotion.analyses.workspace_map.page.labels import configuration_label, p
 from lostmotion.analyses.workspace_map.page.slices import (
     ACROSS,
     AROUND,
+    draw_cells,
     index_at,
     of_equal_scale,
     place_text,
@@ -34,7 +35,6 @@ from lostmotion.reporting.chart import (
 )
 from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.map_chart import (
-    cells,
     class_legend,
     class_of,
     contour,
@@ -272,9 +272,8 @@ def _limits(accuracy_map: WorkspaceMap) -> list[float]:
 
 def _draw(on: Axes, accuracy_map: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:
     """Draw the errors (x, y) of cells with these centres, m, in the classes of all slices."""
-    half = accuracy_map.reached.grid.edge / 2
-    edges = [1e3 * np.append(each - half, each[-1] + half) for each in (x, y)]
-    cells(on, edges[0], edges[1], class_of(values * _unit(accuracy_map)[1], _limits(accuracy_map)))
+    classes = class_of(values * _unit(accuracy_map)[1], _limits(accuracy_map))
+    draw_cells(on, accuracy_map.reached.grid.edge, x, y, classes)
 
 
 def _target(on: Axes, accuracy_map: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:

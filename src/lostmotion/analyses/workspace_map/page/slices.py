@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.reporting.chart import one
+from lostmotion.reporting.map_chart import cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +30,12 @@ def index_at(grid: Grid, axis: int, point: Floats) -> int:
 def place_text(axis: int, place: float) -> str:
     """Return the place of a slice along one of the base's axes as text."""
     return f"{'xyz'[axis]} = {place * 1e3:.4g} mm".replace("-", "−")
+
+
+def draw_cells(on: Axes, edge: float, x: Floats, y: Floats, classes: np.ndarray) -> None:
+    """Draw the classes (x, y) of cells of this edge with these centres, m."""
+    ends = [1e3 * np.append(each - edge / 2, each[-1] + edge / 2) for each in (x, y)]
+    cells(on, ends[0], ends[1], classes)
 
 
 def of_equal_scale(title: str, x: Floats, y: Floats) -> tuple[Figure, Axes]:
