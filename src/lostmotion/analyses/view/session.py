@@ -242,8 +242,10 @@ class Session:
             self.led = point is not None
         try:
             if point is not None:
-                q = self._q = _led(self._file, q, point)
-                moved = True
+                q, moved = _led(self._file, q, point), True
+                with self._lock:
+                    if not self._moved:  # a newer pose was asked for meanwhile
+                        self._q = q
             return self._compute(q, choices, moved=moved, chosen=chosen)
         except (LostmotionError, ValueError) as error:
             return Refused(str(error))
