@@ -200,7 +200,7 @@ def pose_matrices(
 
 # Matrices of a study that several of its figures need, some thousand poses.
 _RECENT: Final = Recent[PoseMatrix](
-    192 << 20, lambda matrix: 3 * matrix.tool.nbytes + bytes_of(matrix.state)
+    192 << 20, lambda matrix: 4 * matrix.tool.nbytes + bytes_of(matrix.state)
 )
 
 

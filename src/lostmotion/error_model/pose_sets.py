@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.mechanism.state import BLOCK
@@ -13,10 +13,6 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
-
-# Most of the time of a matrix of fewer poses does not depend on their number. A study without
-# sampling has matrices of as many, so that what follows uses the same ones.
-TOGETHER: Final = 512
 
 
 def blocks_of_sets(count: int, sets: int, most: int) -> list[slice]:
@@ -43,7 +39,7 @@ def matrices_of(
     done = 0
     while done < len(blocks):
         start, end = blocks[done].start, done + 1
-        while end < len(blocks) and blocks[end].stop - start <= TOGETHER:
+        while end < len(blocks) and blocks[end].stop - start <= BLOCK:
             end += 1
         here, done = blocks[done:end], end
         matrix = matrix_at(slice(start, here[-1].stop))

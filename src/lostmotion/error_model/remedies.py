@@ -42,7 +42,6 @@ import numpy as np
 
 from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.pose_matrix import pose_matrix
-from lostmotion.error_model.pose_sets import TOGETHER
 from lostmotion.error_model.robot_intervals import root_mean_square
 from lostmotion.mechanism.state import blocks_of
 
@@ -177,7 +176,7 @@ def _root_mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Est
     """Return the root mean square (m) over the poses by stage, with its interval."""
     geometry, estimated, stages = geometry_of(arm), estimated_of(arm), stages_of(arm)
     blocks: dict[str, list[Floats]] = {stage: [] for stage in stages}
-    for _, here in blocks_of(poses.q, TOGETHER):
+    for _, here in blocks_of(poses.q):
         for stage, found in blocks.items():
             matrix = pose_matrix(arm, here, approach=approach_at_stage(stage, approach))
             left = remaining(matrix.infos, stage, geometry, estimated)

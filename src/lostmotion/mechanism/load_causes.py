@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.standing import standing
-from lostmotion.mechanism.state import State, state_of, states_of
+from lostmotion.mechanism.standing import standing, standing_at
+from lostmotion.mechanism.state import State, blocks_of, state_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -108,8 +108,8 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
     causes = single_cause_arms(arm)
-    for here, state in states_of(arm, q):
-        for joint, bent in _link_deflections(standing(state), causes).items():
+    for here, values in blocks_of(q):
+        for joint, bent in _link_deflections(standing_at(arm, values), causes).items():
             sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
             sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))

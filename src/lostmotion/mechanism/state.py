@@ -34,8 +34,10 @@ if TYPE_CHECKING:
     from lostmotion.parts.term import Condition
     from lostmotion.spatial import Floats
 
-# Poses evaluated at a time, so that the arrays of the parts fit into the processor's cache.
-BLOCK: Final = 1024
+# Poses evaluated at a time: their arrays fit into the processor's cache, and most of the time of
+# fewer poses does not depend on their number. What asks for the same poses in the same blocks finds
+# states and pose matrices that are kept. A multiple of the tile of `propagation.error_magnitude`.
+BLOCK: Final = 512
 # Number of poses up to which the terms of a place are carried together.
 _FEW: Final = 16
 

@@ -15,12 +15,12 @@ import numpy as np
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.calibrated import streams_of
 from lostmotion.error_model.cumulants import cumulants
-from lostmotion.error_model.pose_sets import TOGETHER, blocks_of_sets, matrices_of
+from lostmotion.error_model.pose_sets import blocks_of_sets, matrices_of
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import COMPARED
-from lostmotion.mechanism.state import as_poses
+from lostmotion.mechanism.state import BLOCK, as_poses
 from lostmotion.propagation.error_magnitude import (
     LEVELS,
     POINTS,
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
 _Found = TypeVar("_Found")
 _LEAST_LEVEL: Final = 0.25
 _MOST_LEVEL: Final = 0.9995
-# Poses per pose matrix, a multiple of TILE.
-BLOCK: Final = TOGETHER
 # A figure is valid, and is printed, if its uncertainty is at most this share of it.
 MOST_UNCERTAIN: Final = 0.05
 

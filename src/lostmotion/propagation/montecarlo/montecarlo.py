@@ -20,6 +20,7 @@ from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import BLOCK as MATRIX_BLOCK
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, Device, sample_blocks
@@ -35,9 +36,8 @@ BLOCK: Final = 1280
 # A block stores AP and RP of every robot at each of its poses. With many robots it has fewer poses,
 # so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
-# Small blocks share one pose matrix, up to this number of samples: NumPy's calls for the matrix
-# would take longer than the samples.
-_FEW_SAMPLES: Final = 1_000_000
+# Small blocks share one pose matrix, up to this number of samples.
+_FEW_SAMPLES: Final = 16_000_000
 # Number of poses of the check by exact composition, evenly spaced over the study.
 _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
@@ -243,7 +243,7 @@ def _spans(plan: BlockPlan) -> list[tuple[int, int]]:
 
 def _grouped(plan: BlockPlan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
     """Return the blocks in batches of small neighbouring ones."""
-    most = max(min(BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
+    most = max(min(MATRIX_BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
     out: list[list[tuple[int, int]]] = []
     for span in spans:
         if out and span[1] - out[-1][0][0] <= most:
