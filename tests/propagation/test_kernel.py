@@ -232,10 +232,10 @@ def test_blocks_sampled_together_equal_blocks_sampled_separately(arm):
         ]
 
 
-@pytest.mark.parametrize(("robots", "calls"), [(10, 1), (1000, 1), (10_000, 3), (40_000, 8)])
+@pytest.mark.parametrize(("robots", "calls"), [(10, 1), (1000, 1), (120_000, 2)])
 def test_a_study_of_few_samples_computes_one_pose_matrix(arm, monkeypatch, robots, calls):
-    """A study of few samples computes the frames and terms of its eight blocks of poses in one
-    call.
+    """A study computes the frames and terms of several of its eight blocks of poses in one call,
+    as long as their samples are few.
     """
     counts = []
     monkeypatch.setattr(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import io
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from lostmotion.errors import InputError, Problem, nearest, shown
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     import pandas as pd
-    import xarray
     from matplotlib.figure import Figure
 
     from lostmotion.error_model.intervals import Estimate
@@ -229,16 +227,3 @@ def frame_of(figures: Iterable[tuple[str, str, Estimate, str]]) -> pd.DataFrame:
     ]
     columns = ["key", "name", "value", "low", "high", "unit", "definition"]
     return pd.DataFrame(rows, columns=columns).set_index("key")
-
-
-def netcdf(arrays: xarray.Dataset) -> bytes:
-    """Return labelled arrays as the content of a NetCDF 3 file."""
-    from xarray.backends import ScipyDataStore
-
-    content = io.BytesIO()
-    store = ScipyDataStore(content, mode="w")
-    # `to_netcdf` writes the same bytes, but first loads the schedulers of dask where it is
-    # installed
-    arrays.dump_to_store(store)
-    store.sync()
-    return content.getvalue()

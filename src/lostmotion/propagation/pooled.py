@@ -17,8 +17,8 @@ from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantil
 from lostmotion.error_model.pose_sets import blocks_of_sets
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.error_model.small_counts import counting_floor
+from lostmotion.mechanism.state import BLOCK
 from lostmotion.propagation.analytic import (
-    BLOCK,
     MOST_UNCERTAIN,
     Analytic,
     DrawnColumns,

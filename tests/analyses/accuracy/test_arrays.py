@@ -11,7 +11,6 @@ import xarray
 from typer.testing import CliRunner
 
 import lostmotion
-from lostmotion.analyses.result import netcdf
 from lostmotion.cli import app
 
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
@@ -134,11 +133,3 @@ def test_a_run_without_sampling_writes_its_arrays(tmp_path):
     with xarray.open_dataset(out / "arrays.nc", engine="scipy") as read:
         assert read.covariance.shape == (64, 3, 3)
     assert 'href="arrays.nc"' in (out / "report.html").read_text(encoding="utf-8")
-
-
-def test_arrays_are_written_as_xarray_writes_them(summed):
-    """The file arrays.nc has the bytes of xarray's own `to_netcdf`: names, units, texts and missing
-    values.
-    """
-    data = summed.arrays()
-    assert netcdf(data) == bytes(data.to_netcdf(engine="scipy"))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, cast
 
 from lostmotion.accuracy.answer import Answer
 from lostmotion.analyses.arguments import pose_of, zones_of
-from lostmotion.analyses.result import Result, frame_of, netcdf
+from lostmotion.analyses.result import Result, frame_of
 from lostmotion.error_model.budget import budget, costs, tally
 from lostmotion.error_model.pose_selection import in_zone, one_pose
 from lostmotion.error_model.poses import Poses
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.error_samples import Errors, Summed
     from lostmotion.propagation.pooled import Pooled
+    from lostmotion.reporting.labelled_arrays import LabelledArrays
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
@@ -177,13 +178,16 @@ class Study(Answer, Figured, Attributed, Result):
 
     def arrays(self) -> xarray.Dataset:
         """Return every result per pose and per robot with its name, unit and coordinates."""
-        from lostmotion.analyses.accuracy.page.arrays import dataset
-
-        return dataset(self)
+        return self._arrays().dataset()
 
     def files(self) -> dict[str, bytes]:
         """Return the arrays as arrays.nc."""
-        return {"arrays.nc": netcdf(self.arrays())}
+        return {"arrays.nc": self._arrays().netcdf()}
+
+    def _arrays(self) -> LabelledArrays:
+        from lostmotion.analyses.accuracy.page.arrays import arrays_of_study
+
+        return arrays_of_study(self)
 
     def __repr__(self) -> str:
         """Return the main figures, one a line."""
@@ -300,13 +304,16 @@ class AnalyticStudy(Figured, Attributed, Result):
 
     def arrays(self) -> xarray.Dataset:
         """Return every figure per pose with its uncertainty, name, unit and coordinates."""
-        from lostmotion.analyses.accuracy.page.arrays import analytic_dataset
-
-        return analytic_dataset(self.arm, self.poses, self.analytic, self.zones)
+        return self._arrays().dataset()
 
     def files(self) -> dict[str, bytes]:
         """Return the arrays as arrays.nc."""
-        return {"arrays.nc": netcdf(self.arrays())}
+        return {"arrays.nc": self._arrays().netcdf()}
+
+    def _arrays(self) -> LabelledArrays:
+        from lostmotion.analyses.accuracy.page.arrays import arrays_without_sampling
+
+        return arrays_without_sampling(self.arm, self.poses, self.analytic, self.zones)
 
     def __repr__(self) -> str:
         """Return what was studied, in a line."""

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.result import Result, netcdf
+from lostmotion.analyses.result import Result
 from lostmotion.error_model.provenance import States, states
 from lostmotion.maps.accuracy_map import WorkspaceMap
 from lostmotion.maps.cell_statistics import CONFIGURATIONS, MEAN, QUANTILE
+from lostmotion.reporting.labelled_arrays import LabelledArrays
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,12 +23,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-def map_dataset(accuracy_map: WorkspaceMap) -> xarray.Dataset:
+def arrays_of_map(accuracy_map: WorkspaceMap) -> LabelledArrays:
     """Return an accuracy map cell by cell, in SI, with units and long names; NaN where the tool
     does not reach.
     """
-    import xarray
-
     grid, reached = accuracy_map.reached.grid, accuracy_map.reached
     space = ("x", "y", "z")
     share = f"{100 * accuracy_map.level:.6g} %"
@@ -94,7 +93,7 @@ def map_dataset(accuracy_map: WorkspaceMap) -> xarray.Dataset:
         "level": accuracy_map.level,
         "by": accuracy_map.by,
     }
-    return xarray.Dataset(data, coordinates, attributes)
+    return LabelledArrays(data, coordinates, attributes)
 
 
 @dataclass(frozen=True, repr=False)
@@ -137,10 +136,8 @@ class AccuracyMap(WorkspaceMap, Result):
 
     def arrays(self) -> xarray.Dataset:
         """Return the map cell by cell with names, units and coordinates."""
-        from lostmotion.analyses.workspace_map.result import map_dataset
-
-        return map_dataset(self)
+        return arrays_of_map(self).dataset()
 
     def files(self) -> dict[str, bytes]:
         """Return the map as arrays.nc."""
-        return {"arrays.nc": netcdf(self.arrays())}
+        return {"arrays.nc": arrays_of_map(self).netcdf()}

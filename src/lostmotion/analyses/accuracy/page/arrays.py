@@ -1,4 +1,4 @@
-"""The labelled arrays of a study (xarray), every variable with its unit and meaning."""
+"""The labelled arrays of a study, every variable with its unit and meaning."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from lostmotion.mechanism.holding_torques import holding_torques
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import linear_bins, share_intervals
+from lostmotion.reporting.labelled_arrays import LabelledArrays, axes_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import xarray
 
     from lostmotion.accuracy.answer import Answer
     from lostmotion.accuracy.route import FoundInZone
@@ -27,12 +26,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-def dataset(answer: Answer) -> xarray.Dataset:
+def arrays_of_study(answer: Answer) -> LabelledArrays:
     """Return the figures of a study per pose and per robot, in SI, with units and long names; those
     without sampling as `analytic_...`.
     """
-    import xarray
-
     sampled = answer.sampled
     table = sampled.per_pose
     quantiles = table[:, kernel.FIRST_QUANTILE :].reshape(len(table), len(kernel.QUANTILES), 3)
@@ -190,7 +187,7 @@ def dataset(answer: Answer) -> xarray.Dataset:
             tool=tool_points(answer.arm, q),
             torques=holding_torques(answer.arm, q)[0],
         )
-        data |= _of_zone(dataset(inside), f"zone_{k}")
+        data |= _of_zone(arrays_of_study(inside), f"zone_{k}")
     attributes = {
         "arm": answer.arm.name,
         "seed": str(answer.seed),  # NetCDF 3 has no long whole numbers
@@ -199,25 +196,22 @@ def dataset(answer: Answer) -> xarray.Dataset:
         "pose_law": answer.poses.law,
         **_zone_attributes(answer.zones),
     }
-    return xarray.Dataset(data, coordinates, attributes)
+    return LabelledArrays(data, coordinates, attributes)
 
 
-def analytic_dataset(
+def arrays_without_sampling(
     arm: Arm, poses: Poses, analytic: Analytic, zones: Sequence[FoundInZone] = ()
-) -> xarray.Dataset:
+) -> LabelledArrays:
     """Return the figures without sampling of every pose, in SI, with units and long names, each
     with its uncertainty.
     """
-    import xarray
-
     data = {**_visited(arm, poses, tool_points(arm, poses.q)), **_summed(analytic)}
     for k, zone in enumerate(zones, start=1):
         if zone.analytic is not None:
-            data |= _of_zone(analytic_dataset(arm, zone.poses, zone.analytic), f"zone_{k}")
+            data |= _of_zone(arrays_without_sampling(arm, zone.poses, zone.analytic), f"zone_{k}")
     attributes = {"arm": arm.name, "pose_law": poses.law, **_zone_attributes(zones)}
-    return xarray.Dataset(
-        data, {**_axes(arm), "with_axis": list("xyz"), "level": list(analytic.levels)}, attributes
-    )
+    coordinates = {**_axes(arm), "with_axis": list("xyz"), "level": list(analytic.levels)}
+    return LabelledArrays(data, coordinates, attributes)
 
 
 def _summed(analytic: Analytic, prefix: str = "") -> dict[str, Any]:
@@ -338,16 +332,16 @@ def _zone_attributes(zones: Sequence[FoundInZone]) -> dict[str, str]:
     }
 
 
-def _of_zone(inside: xarray.Dataset, key: str) -> dict[str, object]:
+def _of_zone(inside: LabelledArrays, key: str) -> dict[str, object]:
     """Return the arrays over a zone's own poses; the zone's key precedes their names and
     dimensions.
     """
     own = {"pose", "robot", "bin"}
     return {
         f"{key}_{name}": (
-            tuple(f"{key}_{dim}" if dim in own else dim for dim in values.dims),
-            values.values,
-            {**values.attrs, "long_name": f"{values.attrs['long_name']}, in {key}"},
+            tuple(f"{key}_{axis}" if axis in own else axis for axis in axes_of(axes)),
+            values,
+            {**about, "long_name": f"{about['long_name']}, in {key}"},
         )
-        for name, values in inside.data_vars.items()
+        for name, (axes, values, about) in inside.data.items()
     }
