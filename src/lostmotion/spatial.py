@@ -137,25 +137,34 @@ def exp(twist: Floats) -> Floats:
     included.
     """
     twist = np.asarray(twist, dtype=float)
-    omega, velocity = twist[..., :3], twist[..., 3:]
-    angle = np.linalg.norm(omega, axis=-1)
-    square = angle**2
+    # one component after the other in memory, so that steps run along the twists
+    along = np.ascontiguousarray(twist.reshape(-1, 6).T)
+    omega, velocity = along[:3], along[3:]
+    square = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
+    angle = np.sqrt(square)
     small = angle < _SMALL_ANGLE
     safe = np.where(small, 1.0, angle)
-    # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3
-    a = np.where(small, 1 - square / 6, np.sin(safe) / safe)
-    # 1 - cos t itself cancels at small angles
-    b = np.where(small, 0.5 - square / 24, 2 * np.sin(safe / 2) ** 2 / safe**2)
-    c = np.where(small, 1 / 6 - square / 120, (safe - np.sin(safe)) / safe**3)
-    cross = skew(omega)
-    cross2 = cross @ cross
-    eye = np.eye(3)
-    out = np.zeros((*twist.shape[:-1], 4, 4))
-    out[..., :3, :3] = eye + a[..., None, None] * cross + b[..., None, None] * cross2
-    left = eye + b[..., None, None] * cross + c[..., None, None] * cross2
-    out[..., :3, 3] = np.einsum("...ij,...j->...i", left, velocity)
-    out[..., 3, 3] = 1.0
-    return out
+    sine, half = np.sin(safe), np.sin(safe / 2)
+    # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3; 1 - cos t itself cancels
+    a = np.where(small, 1 - square / 6, sine / safe)
+    b = np.where(small, 0.5 - square / 24, 2 * half**2 / safe**2)
+    c = np.where(small, 1 / 6 - square / 120, (safe - sine) / safe**3)
+    squared = omega[:, None] * omega
+    turned = np.zeros_like(squared)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        squared[i, i] -= square
+        turned[k, j], turned[j, k] = omega[i], -omega[i]
+    out = np.empty((4, 4, len(square)))
+    out[:3, :3] = a * turned + b * squared
+    left = b * turned + c * squared
+    out[:3, 3] = velocity + left[:, 0] * velocity[0]
+    out[:3, 3] += left[:, 1] * velocity[1]
+    out[:3, 3] += left[:, 2] * velocity[2]
+    out[0, 0] += 1
+    out[1, 1] += 1
+    out[2, 2] += 1
+    out[3, :3], out[3, 3] = 0.0, 1.0
+    return np.ascontiguousarray(out.transpose(2, 0, 1)).reshape(*twist.shape[:-1], 4, 4)
 
 
 def right_jacobian(twist: Floats) -> Floats:

@@ -124,12 +124,14 @@ class ElasticChain:
         displaced by its twist (place, pose, 6) in its own axes.
         """
         out = np.empty((len(self._parents), *self._base[rows].shape))
-        moved = np.asarray(twists.any(axis=(1, 2)))
-        out[0] = self._base[rows] @ exp(twists[0]) if moved[0] else self._base[rows]
+        out[0], steps = self._base[rows], np.array(self._steps[:, rows])
+        moved = np.flatnonzero(twists.any(axis=(1, 2)))
+        own = exp(twists[moved])
+        if 0 in moved:
+            out[0], moved, own = out[0] @ own[0], moved[1:], own[1:]
+        steps[moved - 1] = steps[moved - 1] @ own
         for k, parent in enumerate(self._parents[1:], start=1):
-            out[k] = out[parent] @ self._steps[k - 1, rows]
-            if moved[k]:
-                out[k] = out[k] @ exp(twists[k])
+            out[k] = out[parent] @ steps[k - 1]
         return out
 
 
