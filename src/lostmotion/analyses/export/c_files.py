@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import pkgutil
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.controller_model.c_source import table_source, tested_poses, vector_source
+from lostmotion.controller_model.c_source import packaged, table_source, tested_poses, vector_source
 from lostmotion.controller_model.remainder import remainder
 from lostmotion.controller_model.scratch_sizes import bytes_of, sizes_of
 from lostmotion.controller_model.unrolled import unrolled_source
@@ -136,11 +135,6 @@ def _simulink(model: Controller) -> str:
         prediction=34 + 8 * joints,
         command=7 + joints,
     )
-
-
-def packaged(name: str) -> str:
-    """Return the text of a file that is the same for every arm."""
-    return (pkgutil.get_data("lostmotion.controller_model", f"c/{name}") or b"").decode()
 
 
 def _plain(text: str) -> str:

@@ -239,7 +239,7 @@ def export_fmu(
 
     """
     asked = read_arguments(export_fmu, locals())
-    from lostmotion.analyses.export.fmu import fmu
+    from lostmotion.io.fmu import fmu
 
     model, sources, about = _sources(asked)
     content, folder = fmu(model, sources, asked.version)
