@@ -11,7 +11,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.accuracy.page import sections
-from lostmotion.analyses.accuracy.page.plots.study import plots as arm_plots
+from lostmotion.analyses.accuracy.page.plots import plots as arm_plots
 from lostmotion.analyses.statics.page import statics_sheet
 from lostmotion.analyses.statics.page.plots import statics_plots
 from lostmotion.analyses.statics.survey import Survey
