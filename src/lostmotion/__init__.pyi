@@ -34,7 +34,7 @@ from lostmotion.analyses.targets.production import production_yield as productio
 from lostmotion.analyses.sizing.selection import Selection as Selection
 from lostmotion.analyses.sizing.sizing import Size as Size
 from lostmotion.analyses.statics.page import Statics as Statics
-from lostmotion.analyses.task.result import TaskResult as TaskResult
+from lostmotion.analyses.task.outcome import TaskResult as TaskResult
 from lostmotion.analyses.calibrate.result import Calibrated as Calibrated, CalibrationPlan as CalibrationPlan, MakerCalibration as MakerCalibration
 from lostmotion.analyses.gearbox.gear import Gear as Gear
 from lostmotion.analyses.bearing.command import BearingStudy as BearingStudy
