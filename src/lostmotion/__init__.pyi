@@ -27,7 +27,7 @@ from lostmotion.analyses.schema.command import schema as schema
 from lostmotion.analyses.read import read as read
 from lostmotion.analyses.export.controller import controller as controller
 from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, Study as Study
-from lostmotion.analyses.workspace_map.result import AccuracyMap as AccuracyMap
+from lostmotion.analyses.workspace_map.page import AccuracyMap as AccuracyMap
 from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
 from lostmotion.analyses.targets.targets import Target as Target
 from lostmotion.analyses.targets.production import production_yield as production_yield
@@ -39,7 +39,7 @@ from lostmotion.analyses.calibrate.result import Calibrated as Calibrated, Calib
 from lostmotion.analyses.gearbox.gear import Gear as Gear
 from lostmotion.analyses.bearing.command import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.command import Catalog as Catalog
-from lostmotion.analyses.compare.result import Compare as Compare
+from lostmotion.analyses.compare.page import Compare as Compare
 from lostmotion.analyses.sweep.page import Sweep as Sweep
 from lostmotion.analyses.replay.page import Replayed as Replayed
 from lostmotion.mechanism.arm import Arm as Arm
