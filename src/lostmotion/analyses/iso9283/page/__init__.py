@@ -18,7 +18,7 @@ from lostmotion.analyses.iso9283.page.measured_headline import (
 )
 from lostmotion.analyses.iso9283.page.predicted import predicted_sections
 from lostmotion.analyses.iso9283.page.side_by_side import comparison_sections
-from lostmotion.analyses.iso9283.page.words import WORDS
+from lostmotion.analyses.iso9283.page.labels import WORDS
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits

@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from lostmotion.error_model.provenance import States
     from lostmotion.reporting.plot import Plot
     from lostmotion.spatial import Floats
 
