@@ -1,28 +1,36 @@
-DOC
+"""One gearbox: its hysteresis loop and, for a gearbox from its drawing, its members and the
+profile, which is written to a DXF file.
+"""
 
 from __future__ import annotations
 
 import math
+import secrets
+import tempfile
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
+
 import numpy as np
+
 from lostmotion.analyses.result import Result
-from lostmotion.errors import DidNotConvergeError, refuse_argument
+from lostmotion.errors import (
+    DidNotConvergeError,
+    LostmotionError,
+    OutputExistsError,
+    refuse_argument,
+)
 from lostmotion.laws.perforated_disc import UnresolvedWebsError
 from lostmotion.laws.torque_angle import CurveReadings, Definitions, StatedCurve, readings
 from lostmotion.parts.gearbox.bands import GearBands, bands_of_figures
 from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing, drawn
 from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
-import secrets
-import tempfile
-from typing import TYPE_CHECKING
-from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.reporting.folder import to_disk
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
+
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
     from lostmotion.laws.torque_angle import StiffnessDefinition, TorqueAngleCurve
     from lostmotion.parts.error_source import ErrorSource
@@ -32,7 +40,6 @@ if TYPE_CHECKING:
     from lostmotion.reporting.figure_files import FigureKind
     from lostmotion.reporting.table_files import TableKind
     from lostmotion.spatial import Floats
-    from pathlib import Path
 
 # Steps of half a loop.
 _STEPS: Final = 400
@@ -158,8 +165,6 @@ class Gear(Result):
         Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is
         not set.
         """
-        from lostmotion.analyses.gearbox.gear import refuse_existing_file, write_drawing
-
         if self.dxf is None:
             return super().report(out, force=force, figures=figures, tables=tables)
         refuse_existing_file(self.dxf, force=force)
