@@ -1,18 +1,19 @@
-"""What a page of ISO 9283 says: figures from estimates, labels that name the payload and the side of
-approach, and what its words mean, for whoever reads it without the standard.
+"""What a page of ISO 9283 says: figures from estimates, labels that name the payload and the side
+of approach, and what its words mean, for whoever reads it without the standard.
 """
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Final
+
 from lostmotion.io.limits import cut
 from lostmotion.printed import ARCMIN
 from lostmotion.reporting.sheet import Cell, length
-from typing import Final
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
+
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.standards.measured_robot import MeasuredLoad
 
