@@ -30,7 +30,7 @@ from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, 
 from lostmotion.analyses.workspace_map.page import AccuracyMap as AccuracyMap
 from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
 from lostmotion.analyses.targets.targets import Target as Target
-from lostmotion.analyses.targets.production import production_yield as production_yield
+from lostmotion.analyses.targets.targets import production_yield as production_yield
 from lostmotion.analyses.sizing.selection import Selection as Selection
 from lostmotion.analyses.sizing.sizing import Size as Size
 from lostmotion.analyses.statics.page import Statics as Statics
