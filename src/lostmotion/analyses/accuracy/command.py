@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, Unpack, overload
 
 from lostmotion.accuracy import Method
 from lostmotion.analyses.arguments import (
@@ -33,7 +33,6 @@ from lostmotion.analyses.arguments import (
 from lostmotion.analyses.quantities import TARGET, Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import InputError, refuse_argument
-from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
@@ -27,12 +27,10 @@ from lostmotion.analyses.arguments import (
 from lostmotion.analyses.quantities import SHARE, TARGET, Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import Mistakes, refuse_argument
-from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.analyses.arguments import Ends
     from lostmotion.analyses.targets.targets import Target
-
 
 
 def _one_of(**targets: Amount | None) -> None:

@@ -10,23 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
+
 import numpy as np
-from lostmotion.analyses.result import Result
-from lostmotion.error_model.allocation import (
-    moving,
-)
-from lostmotion.error_model.items import Item, shared_items
-from lostmotion.error_model.pose_matrix import pose_matrix
-from lostmotion.error_model.provenance import States, states
-from lostmotion.error_model.visit_scatter import refuse_without_scatter
-from lostmotion.errors import refuse_argument
-from lostmotion.propagation.montecarlo.blocks import BlockPlan
-from lostmotion.propagation.production_yield import (
-    MOST_ROBOTS,
-    Yield,
-)
-from lostmotion.sizing.allowances import Allocation, Allowance, Kind, Solver
-from typing import TYPE_CHECKING
+
 from lostmotion.accuracy.answer import Answer
 from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
@@ -36,19 +22,31 @@ from lostmotion.analyses.arguments import (
     poses_of,
 )
 from lostmotion.analyses.quantities import SHARE, TARGET, read_quantities
-from lostmotion.error_model.provenance import refuse_undescribed
+from lostmotion.analyses.result import Result
+from lostmotion.error_model.allocation import (
+    moving,
+)
+from lostmotion.error_model.items import Item, shared_items
+from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.error_model.provenance import States, refuse_undescribed, states
 from lostmotion.error_model.trust import with_figures
+from lostmotion.error_model.visit_scatter import refuse_without_scatter
+from lostmotion.errors import refuse_argument
 from lostmotion.propagation.first_order import refuse_large_errors
-from lostmotion.propagation.production_yield import compute_yield
+from lostmotion.propagation.montecarlo.blocks import BlockPlan
+from lostmotion.propagation.production_yield import (
+    MOST_ROBOTS,
+    Yield,
+    compute_yield,
+)
+from lostmotion.sizing.allowances import Allocation, Allowance, Kind, Solver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.arm import Arm
-    from lostmotion.spatial import Floats
     from pathlib import Path
+
     from lostmotion.analyses.quantities import Amount
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.production_yield import Criterion
