@@ -25,7 +25,7 @@ from lostmotion.analyses.export.command import export_fmu as export_fmu
 from lostmotion.analyses.export.command import export_ros2 as export_ros2
 from lostmotion.analyses.schema.command import schema as schema
 from lostmotion.analyses.read import read as read
-from lostmotion.analyses.export.controller import controller as controller
+from lostmotion.analyses.export.model import controller as controller
 from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, Study as Study
 from lostmotion.analyses.workspace_map.page import AccuracyMap as AccuracyMap
 from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
