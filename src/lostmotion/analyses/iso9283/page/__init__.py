@@ -14,6 +14,7 @@ from lostmotion.analyses.iso9283.page.labels import (
     scatter_figure,
 )
 from lostmotion.analyses.iso9283.page.measured import measured_facts, measured_sections
+from lostmotion.analyses.iso9283.page.measured_figures import comparison_sections
 from lostmotion.analyses.iso9283.page.measured_headline import (
     measured_cards,
     measured_counts,
@@ -22,7 +23,6 @@ from lostmotion.analyses.iso9283.page.measured_headline import (
     measured_warnings,
 )
 from lostmotion.analyses.iso9283.page.predicted import predicted_sections
-from lostmotion.analyses.iso9283.page.side_by_side import comparison_sections
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
