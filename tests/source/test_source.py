@@ -136,6 +136,7 @@ def test_no_name_of_a_term_or_cause_is_read_by_a_pattern():
                 "propagation/",
                 "accuracy/",
                 "comparison/",
+                "loads/",
                 "maps/",
                 "standards/",
                 "analyses/",

@@ -90,7 +90,7 @@ def statics(
     )
     payload = None
     if asked.max_payload or asked.sag_limit is not None or asked.accuracy_limit is not None:
-        from lostmotion.analyses.statics.payload import max_payload as largest
+        from lostmotion.loads.payload import max_payload as largest
 
         payload = largest(asked.arm, visited, asked.tilt, asked.sag_limit, asked.accuracy_limit)
     return Statics.of(
