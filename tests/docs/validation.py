@@ -40,7 +40,6 @@ SECTIONS = {
     "maps": "Accuracy maps",
     "loads": "Loads at rest",
     "analyses": "Analyses",
-    "live_view": "The live view",
     "runs": "Big runs",
     "controller_model": "The model in a controller",
     "examples": "Example arms",
