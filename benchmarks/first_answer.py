@@ -15,9 +15,9 @@ import tomllib
 from pathlib import Path
 
 from lostmotion.accuracy.drive_classes import ClassFigures, first_figures
-from lostmotion.analyses.accuracy.page.drive_classes import rounded_length
 from lostmotion.io.drive_loads import drive_loads
 from lostmotion.io.urdf import arm_of, tree_of
+from lostmotion.printed import rounded_length
 
 TABLE = Path(__file__).parent / "makers_repeatability.toml"
 FACTOR = 3.0

@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
-from lostmotion.analyses.view.page.picture import first_pose
-from lostmotion.analyses.view.page.window import Window
-from lostmotion.analyses.view.session import Figures, Session
+from lostmotion.live_view.picture import first_pose
+from lostmotion.live_view.session import Figures, Session
+from lostmotion.live_view.window import Window
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for the browser of the tests

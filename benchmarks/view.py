@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
-from lostmotion.analyses.view.choices import Choices, changed
-from lostmotion.analyses.view.session import LiveArm
+from lostmotion.live_view.choices import Choices, changed
+from lostmotion.live_view.session import LiveArm
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FILES = (

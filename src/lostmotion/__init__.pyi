@@ -25,21 +25,21 @@ from lostmotion.analyses.export.command import export_fmu as export_fmu
 from lostmotion.analyses.export.command import export_ros2 as export_ros2
 from lostmotion.analyses.schema.command import schema as schema
 from lostmotion.analyses.read import read as read
-from lostmotion.analyses.export.controller import controller as controller
+from lostmotion.analyses.export.model import controller as controller
 from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, Study as Study
-from lostmotion.analyses.workspace_map.result import AccuracyMap as AccuracyMap
+from lostmotion.analyses.workspace_map.page import AccuracyMap as AccuracyMap
 from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
 from lostmotion.analyses.targets.targets import Target as Target
-from lostmotion.analyses.targets.production import production_yield as production_yield
+from lostmotion.analyses.targets.targets import production_yield as production_yield
 from lostmotion.analyses.sizing.selection import Selection as Selection
 from lostmotion.analyses.sizing.sizing import Size as Size
 from lostmotion.analyses.statics.page import Statics as Statics
-from lostmotion.analyses.task.result import TaskResult as TaskResult
+from lostmotion.analyses.task.outcome import TaskResult as TaskResult
 from lostmotion.analyses.calibrate.result import Calibrated as Calibrated, CalibrationPlan as CalibrationPlan, MakerCalibration as MakerCalibration
 from lostmotion.analyses.gearbox.gear import Gear as Gear
 from lostmotion.analyses.bearing.command import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.command import Catalog as Catalog
-from lostmotion.analyses.compare.result import Compare as Compare
+from lostmotion.analyses.compare.page import Compare as Compare
 from lostmotion.analyses.sweep.page import Sweep as Sweep
 from lostmotion.analyses.replay.page import Replayed as Replayed
 from lostmotion.mechanism.arm import Arm as Arm

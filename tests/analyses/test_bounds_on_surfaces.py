@@ -11,11 +11,11 @@ import re
 import pytest
 
 import lostmotion
-from lostmotion.analyses.view.page import panel
-from lostmotion.analyses.view.session import LiveArm
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.remedies import STAGES
+from lostmotion.live_view import panel
+from lostmotion.live_view.session import LiveArm
 from lostmotion.reporting.layout import row_at
 from tests.reporting.first_screen import first_screen
 

@@ -9,8 +9,8 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.statics.page import statics_sheet
-from lostmotion.analyses.statics.survey import Survey
 from lostmotion.error_model.provenance import states
+from lostmotion.loads.survey import Survey
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.layout import plain
 from lostmotion.reporting.provenance import provenance_sections

@@ -138,14 +138,14 @@ def test_all_mistakes_in_quantities_are_reported_at_once():
 
 def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
     """The study receives SI, however a quantity was stated."""
-    from lostmotion.analyses.workspace_map import result
+    from lostmotion.analyses.workspace_map import page
     from lostmotion.maps import accuracy_map as room
 
     seen = []
     monkeypatch.setattr(
         room, "map_workspace", lambda _arm, wish, **_more: seen.append(wish) or SimpleNamespace()
     )
-    monkeypatch.setattr(result, "AccuracyMap", SimpleNamespace)
+    monkeypatch.setattr(page, "AccuracyMap", SimpleNamespace)
     said = {
         "cell": "50 mm",
         "target": "0.5 mm",

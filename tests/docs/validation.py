@@ -38,6 +38,7 @@ SECTIONS = {
     "sizing": "Sizes of parts",
     "standards": "Standards",
     "maps": "Accuracy maps",
+    "loads": "Loads at rest",
     "analyses": "Analyses",
     "runs": "Big runs",
     "controller_model": "The model in a controller",

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.statics.survey import Survey
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.loads.survey import Survey
 from lostmotion.mechanism import closed_chain
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import (

@@ -13,8 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 import lostmotion
-from lostmotion.analyses.export.c_files import c_files
-from lostmotion.analyses.export.controller import controller
+from lostmotion.analyses.export.model import c_files, controller
 from lostmotion.reporting.sheet import Cell, Row, Section
 from lostmotion.reporting.table_files import table_files
 

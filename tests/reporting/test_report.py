@@ -24,7 +24,7 @@ from rich.console import Console
 
 from lostmotion import LostmotionError, OutputExistsError
 from lostmotion.analyses.accuracy.page import sections, sheet
-from lostmotion.analyses.accuracy.page.plots.study import plots
+from lostmotion.analyses.accuracy.page.plots import plots
 from lostmotion.analyses.accuracy.result import Study
 from lostmotion.printed import ARCMIN, ARCSEC
 from lostmotion.reporting import folder as folder_of_report

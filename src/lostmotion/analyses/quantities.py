@@ -8,14 +8,15 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.units import Toleranced
+from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lostmotion.units import Quantity
-
 Amount: TypeAlias = str | float
+# What errors are to stay within, and the share of positions, or of robots, that are to.
+TARGET: Final = Quantity("m", "0.5 mm", above=0, high=100)
+SHARE: Final = Quantity("", "95 %", low=0.5, high=0.999)
 # Along or about x, y and z.
 _AXES: Final = 3
 _LONGEST: Final = 400

@@ -1,8 +1,11 @@
-"""The tables of a controller as C source: constant arrays that the C core evaluates."""
+"""The C source of a controller: its tables as constant arrays that the C core evaluates, and the
+files that are the same for every arm.
+"""
 
 from __future__ import annotations
 
 import math
+import pkgutil
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -36,6 +39,11 @@ _ROUNDING: Final = 1e-14
 _UPPER: Final = np.triu_indices(6)
 # Numbers of a line of C.
 _PER_LINE: Final = 12
+
+
+def packaged(name: str) -> str:
+    """Return the text of a C source, or of a file beside it, that is the same for every arm."""
+    return (pkgutil.get_data("lostmotion.controller_model", f"c/{name}") or b"").decode()
 
 
 def number(value: float) -> str:

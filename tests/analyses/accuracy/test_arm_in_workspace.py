@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.accuracy.page.plots import arm as picture
-from lostmotion.analyses.accuracy.page.plots.study import pose_errors
+from lostmotion.analyses.accuracy.page import arm_plots as picture
+from lostmotion.analyses.accuracy.page.plots import pose_errors
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel

@@ -11,8 +11,8 @@ import pytest
 from matplotlib.patches import StepPatch
 
 import lostmotion
-from lostmotion.analyses.accuracy.page.plots import study as plots
-from lostmotion.analyses.accuracy.page.plots.arm import arm_in_workspace, sections_of
+from lostmotion.analyses.accuracy.page import plots
+from lostmotion.analyses.accuracy.page.arm_plots import arm_in_workspace, sections_of
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.mechanism.vertical_axis import vertical_axis

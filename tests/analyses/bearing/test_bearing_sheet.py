@@ -12,13 +12,13 @@ import pytest
 
 import lostmotion
 from lostmotion import InputError
-from lostmotion.analyses.bearing.bearing import BearingLoad, examine
 from lostmotion.analyses.bearing.command import BearingStudy
 from lostmotion.analyses.bearing.plots import bearing_plots
 from lostmotion.error_model.budget import costs
 from lostmotion.io.part_file import read_bearing
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import ball_pressure
+from lostmotion.loads.bearing import BearingLoad, examine
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair

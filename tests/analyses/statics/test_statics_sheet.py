@@ -11,12 +11,12 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.accuracy.page import sections
-from lostmotion.analyses.accuracy.page.plots.study import plots as arm_plots
+from lostmotion.analyses.accuracy.page.plots import plots as arm_plots
 from lostmotion.analyses.statics.page import statics_sheet
 from lostmotion.analyses.statics.page.plots import statics_plots
-from lostmotion.analyses.statics.survey import Survey
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import searchable_figures
+from lostmotion.loads.survey import Survey
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, Unpack, overload
 
 from lostmotion.accuracy import Method
 from lostmotion.analyses.arguments import (
@@ -30,10 +30,9 @@ from lostmotion.analyses.arguments import (
     poses_at,
     zones_of,
 )
-from lostmotion.analyses.quantities import Amount
+from lostmotion.analyses.quantities import TARGET, Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import InputError, refuse_argument
-from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -50,9 +49,6 @@ def _precision_of(_name: str, value: float | str, _given: object) -> Tolerance:
     from lostmotion.propagation.montecarlo.stopping import Tolerance
 
     return Tolerance.of(value)
-
-
-_TARGET: Final = Quantity("m", "0.5 mm", above=0, high=100.0)
 
 
 class Settings(TypedDict, total=False):
@@ -152,7 +148,7 @@ def study(
                 "Largest acceptable error, '0.5 mm': the share of positions within it, and its "
                 "contour in the sections of the workspace."
             ),
-            _TARGET,
+            TARGET,
         ),
     ] = None,
     most_robots: Annotated[

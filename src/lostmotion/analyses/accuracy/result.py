@@ -166,13 +166,13 @@ class Study(Answer, Figured, Attributed, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.accuracy.page.plots.study import plots
+        from lostmotion.analyses.accuracy.page.plots import plots
 
         return plots(self)
 
     def _first_plot(self) -> Plot:
-        from lostmotion.analyses.accuracy.page.plots.arm import arm_in_workspace
-        from lostmotion.analyses.accuracy.page.plots.study import pose_errors
+        from lostmotion.analyses.accuracy.page.arm_plots import arm_in_workspace
+        from lostmotion.analyses.accuracy.page.plots import pose_errors
 
         return next(arm_in_workspace(pose_errors(self)))
 
@@ -265,7 +265,7 @@ class AnalyticStudy(Figured, Attributed, Result):
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.accuracy.page.analytic import analytic_sheet
-        from lostmotion.analyses.accuracy.page.drive_classes import with_classes, with_presets
+        from lostmotion.analyses.accuracy.page.headline import with_classes, with_presets
 
         blame = replace(self.budget, halving=self.halving)
         sheet = analytic_sheet(
@@ -287,8 +287,8 @@ class AnalyticStudy(Figured, Attributed, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.accuracy.page.plots.arm import PicturedErrors, arm_in_workspace
-        from lostmotion.analyses.accuracy.page.plots.budget import of_budget
+        from lostmotion.analyses.accuracy.page.arm_plots import PicturedErrors, arm_in_workspace
+        from lostmotion.analyses.accuracy.page.budget_plots import of_budget
         from lostmotion.error_model.poses import reachable_points
         from lostmotion.mechanism.state import tool_points
 

@@ -200,7 +200,7 @@ class Undescribed(Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.accuracy.page.undescribed import (
+        from lostmotion.analyses.accuracy.page.arm import (
             undescribed_sheet,
             with_first_answer,
         )

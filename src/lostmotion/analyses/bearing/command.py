@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
     from lostmotion.io.part_file import OnePart
+    from lostmotion.loads.bearing import BearingLoad, Examined
     from lostmotion.parts.moving_joint import Bearing
 
 # N or N m: no bearing of a robot carries more.
@@ -93,7 +93,7 @@ def bearing(
     """
     asked = read_arguments(bearing, locals())
     asked.ready()
-    from lostmotion.analyses.bearing.bearing import BearingLoad, examine
+    from lostmotion.loads.bearing import BearingLoad, examine
     from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 
     one = asked.part

@@ -18,8 +18,8 @@ from lostmotion.reporting.provenance import with_inputs
 from lostmotion.reporting.sheet import Card, Cell, Sheet, length, table
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
     from lostmotion.analyses.bearing.command import BearingStudy
+    from lostmotion.loads.bearing import BearingLoad, Examined
     from lostmotion.parts.moving_joint import Bearing
     from lostmotion.parts.term import Term
     from lostmotion.reporting.plot import Plot

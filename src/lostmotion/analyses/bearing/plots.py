@@ -27,7 +27,7 @@ from lostmotion.reporting.sheet import Cell
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.bearing.bearing import Examined, ShiftCurve
+    from lostmotion.loads.bearing import Examined, ShiftCurve
 
 _CASES = (
     ("lowest clearance", LIGHT["visit"]),

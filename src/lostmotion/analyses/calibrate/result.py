@@ -1,13 +1,26 @@
-"""The robot that was measured, with its tables, plots and files."""
+"""The results of a calibration: the robot that was measured, with its tables, plots and files;
+poses to measure next, and a maker's calibration, each with its sheet.
+"""
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.calibrate.answer import CalibrationAnswer, ImportedErrors, PlannedPoses
+import numpy as np
+
+from lostmotion.analyses.calibrate.answer import (
+    CANDIDATES,
+    CalibrationAnswer,
+    ImportedErrors,
+    PlannedPoses,
+    size,
+)
 from lostmotion.analyses.result import Result
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.sheet import Card, Cell, Sheet, length, several, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,8 +31,25 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.calibration import Calibration
     from lostmotion.reporting.plot import Plot
-    from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
+
+_PLAN_WORDS: Final = (
+    (
+        "predicted radius",
+        (
+            "95 % of the mean tool points are within it of where the calibrated model puts them, "
+            "mean over the working poses; scatter between visits is not included."
+        ),
+    ),
+    (
+        "O1 to O5",
+        (
+            "observability indices: geometric mean of the singular values, smallest over largest, "
+            "smallest, its square over the largest, one over the sum of inverses."
+        ),
+    ),
+)
+_SHOWN_ERRORS: Final = 60
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +91,7 @@ class Calibrated(CalibrationAnswer, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.calibrate.page.plots import calibrated_plots
+        from lostmotion.analyses.calibrate.page.remaining import calibrated_plots
 
         return calibrated_plots(self)
 
@@ -106,8 +136,6 @@ class CalibrationPlan(PlannedPoses, Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.calibrate.page.planned import planned_sheet
-
         return planned_sheet(self)
 
     def files(self) -> dict[str, bytes]:
@@ -129,8 +157,6 @@ class MakerCalibration(Result, ImportedErrors):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.calibrate.page.imported import imported_sheet
-
         return imported_sheet(self)
 
     def files(self) -> dict[str, bytes]:
@@ -139,3 +165,94 @@ class MakerCalibration(Result, ImportedErrors):
 
         text = calibration_text(self.calibration, self.sizes, poses=0, digest=self.digest)
         return {"robot.toml": text.encode()}
+
+
+def planned_sheet(planned: PlannedPoses) -> Sheet:
+    """Return the sheet of a plan."""
+    radius, enough = planned.plan.radius, planned.plan.enough
+    counted = several(len(planned.q), "pose")
+    text = (
+        f"After {counted} 95 % of the mean tool points are predicted within "
+        f"{length(float(radius[-1]))} of the calibrated model, before within "
+        f"{length(float(radius[0]))}."
+    )
+    if enough is not None:
+        text += f" From {several(enough, 'pose')} on five more reduce it by less than 2 % each."
+    shown = sorted({0, *np.unique(np.geomspace(1, len(radius) - 1, 12).round().astype(int))})
+    return Sheet(
+        name=planned.arm.name,
+        subject="poses to measure",
+        verdict=text,
+        cards=(
+            Card("predicted radius", str(length(float(radius[-1]))), f"after {counted}"),
+            Card("before", str(length(float(radius[0]))), several(planned.measured, "pose")),
+        ),
+        sections=(
+            table(
+                "radius",
+                "Predicted radius by the number of poses",
+                ("95 % radius",),
+                [(several(int(k), "pose"), length(float(radius[k]))) for k in shown],
+            ),
+            table(
+                "observability",
+                "Observability of the chosen poses",
+                ("value",),
+                [(f"O{k}", value) for k, value in enumerate(planned.plan.indices, 1)],
+                "columns in prior deviations",
+            ),
+            table(
+                "poses",
+                "Poses in the order of a tour",
+                (),
+                [(f"pose {k}", joint_values(planned.arm, q)) for k, q in enumerate(planned.q, 1)],
+            ),
+        ),
+        counts=f"{counted} of {CANDIDATES} candidates, noise {length(planned.noise)}",
+        words=_PLAN_WORDS,
+        source=f"{counted}, seed {planned.seed}. The same file, version and seed give the same "
+        "bytes.",
+        seed=planned.seed,
+        facts={"arm": planned.arm.name},
+    )
+
+
+def imported_sheet(imported: ImportedErrors) -> Sheet:
+    """Return the sheet of a maker's calibration."""
+    robot = [each for each in imported.errors if not each.frame]
+    turns = [abs(each.value) for each in robot if each.unit == "rad"]
+    shifts = [abs(each.value) for each in robot if each.unit == "m"]
+    most = Cell(max(turns, default=0.0), "mrad"), length(max(shifts, default=0.0))
+    return Sheet(
+        name=imported.robot.name,
+        subject="maker's calibration",
+        verdict=(
+            f"The maker's calibration moves the tool by {length(imported.before)} on average: "
+            "tilts "
+            f"and zeros of at most {most[0]}, offsets of at most {most[1]}."
+        ),
+        cards=(
+            Card("largest turn", str(most[0]), "of a seat"),
+            Card("largest offset", str(most[1]), "of a seat"),
+            Card("difference", str(length(imported.left)), "largest, to the maker's chain"),
+        ),
+        sections=(
+            table(
+                "estimates",
+                "Errors by the maker's calibration, largest effect first",
+                ("value", "effect at the tool"),
+                [
+                    (
+                        short_name(each.name),
+                        size(each, each.value),
+                        length(each.effect),
+                        "frame" if each.frame else "",
+                    )
+                    for each in imported.errors[:_SHOWN_ERRORS]
+                ],
+                "the smallest errors that lead to the maker's chain; r.m.s. motion of the tool",
+            ),
+        ),
+        source=f"{imported.file.name}, {imported.digest}",
+        facts={"arm": imported.robot.name},
+    )

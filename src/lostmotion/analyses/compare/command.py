@@ -29,7 +29,7 @@ from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import InputError, Mistakes, Problem, refuse_argument
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.compare.result import Compare
+    from lostmotion.analyses.compare.page import Compare
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -183,7 +183,7 @@ def compare(
 
     """
     asked = read_arguments(compare, locals())
-    from lostmotion.analyses.compare.result import Compare
+    from lostmotion.analyses.compare.page import Compare
     from lostmotion.comparison.compared_arm import compared_arm
     from lostmotion.comparison.comparison import comparison
     from lostmotion.error_model.trust import with_figures

@@ -128,8 +128,7 @@ def _sources(
     """Return the controller of the arm, its C sources by path, and what every export reports: hash
     of the input and remarks.
     """
-    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
-    from lostmotion.analyses.export.controller import controller
+    from lostmotion.analyses.export.model import c_files, controller, input_hash, remarks_on
 
     model = controller(asked.arm, largest_payload=asked.largest_payload)
     sha256, remarks = input_hash(asked.arm), remarks_on(asked.arm)
@@ -200,7 +199,7 @@ def export_ros2(
 
     """
     asked = read_arguments(export_ros2, locals())
-    from lostmotion.analyses.export.c_files import bulleted, markdown
+    from lostmotion.analyses.export.model import bulleted, markdown
     from lostmotion.io.ros2_package import package_name, ros2_files
 
     model, sources, about = _sources(asked)
@@ -239,7 +238,7 @@ def export_fmu(
 
     """
     asked = read_arguments(export_fmu, locals())
-    from lostmotion.analyses.export.fmu import fmu
+    from lostmotion.io.fmu import fmu
 
     model, sources, about = _sources(asked)
     content, folder = fmu(model, sources, asked.version)

@@ -1,21 +1,31 @@
-"""One gearbox: its hysteresis loop and, for a gearbox from its drawing, its members."""
+"""One gearbox: its hysteresis loop and, for a gearbox from its drawing, its members and the
+profile, which is written to a DXF file.
+"""
 
 from __future__ import annotations
 
 import math
+import secrets
+import tempfile
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.result import Result
-from lostmotion.errors import DidNotConvergeError, refuse_argument
+from lostmotion.errors import (
+    DidNotConvergeError,
+    LostmotionError,
+    OutputExistsError,
+    refuse_argument,
+)
 from lostmotion.laws.perforated_disc import UnresolvedWebsError
 from lostmotion.laws.torque_angle import CurveReadings, Definitions, StatedCurve, readings
 from lostmotion.parts.gearbox.bands import GearBands, bands_of_figures
 from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing, drawn
 from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
+from lostmotion.reporting.folder import to_disk
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -155,8 +165,6 @@ class Gear(Result):
         Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is
         not set.
         """
-        from lostmotion.analyses.gearbox.drawing import refuse_existing_file, write_drawing
-
         if self.dxf is None:
             return super().report(out, force=force, figures=figures, tables=tables)
         refuse_existing_file(self.dxf, force=force)
@@ -327,3 +335,54 @@ def _loop(curve: TorqueAngleCurve, play: float, rest: float, read: CurveReadings
         small=small,
         ends=np.array([]) if end is None else np.array([-end, end]),
     )
+
+
+def refuse_existing_file(out: Path, *, force: bool) -> None:
+    """Raise OutputExistsError for an existing file without `force`, a folder or a link;
+    LostmotionError where the parent folder is missing.
+    """
+    if not out.absolute().parent.is_dir():
+        raise LostmotionError(
+            f"there is no folder '{out.parent}' for the drawing\n  make it, or name another "
+            "file with --dxf"
+        )
+    if out.is_symlink() or (out.exists() and not out.is_file()):
+        raise OutputExistsError(
+            f"'{out}' is no file of ours to replace\n  name another file with --dxf"
+        )
+    if out.exists() and not force:
+        raise OutputExistsError(
+            f"'{out}' exists\n  replace it with --force, or name another file with --dxf"
+        )
+    try:
+        # permissions alone do not show whether that works
+        with tempfile.TemporaryFile(prefix=".lostmotion-", dir=out.absolute().parent):
+            pass
+    except OSError as error:
+        raise LostmotionError(
+            f"'{out}' could not be written: {error.strerror or error}\n  name a file that can "
+            "be written with --dxf"
+        ) from error
+
+
+def write_drawing(drawing: bytes, out: Path, *, force: bool = False) -> Path:
+    """Write the drawing into the file `out`, whole or not at all, and return its path.
+
+    Raises OutputExistsError as `refuse_existing_file`, LostmotionError where the file cannot be
+    written.
+    """
+    refuse_existing_file(out, force=force)
+    new = out.with_name(f".{out.name[:80]}.{secrets.token_hex(4)}.new")
+    try:
+        new.write_bytes(drawing)
+        to_disk(new)
+        new.replace(out)
+    except BaseException as error:
+        new.unlink(missing_ok=True)
+        if not isinstance(error, OSError):
+            raise
+        raise LostmotionError(
+            f"'{out}' could not be written: {error.strerror or error}\n  name a file that can "
+            "be written with --dxf"
+        ) from error
+    return out

@@ -142,8 +142,6 @@ class Size(SizedArmResult):
     source: Path | None = None
     sidecar: Path | None = None
 
-    page = "page.sizing"
-
     @property
     def meets_limits(self) -> bool:
         """Return whether every sized link meets its limits."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 from lostmotion.analyses.arguments import (
     ArmArgument,
@@ -17,12 +17,11 @@ from lostmotion.analyses.arguments import (
     chosen_poses,
     reducers_beside,
 )
-from lostmotion.analyses.quantities import Amount
+from lostmotion.analyses.quantities import TARGET, Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
 
 # Limits of sag and accuracy.
-LENGTH: Final = Quantity("m", "0.5 mm", above=0, high=100)
 
 if TYPE_CHECKING:
     from lostmotion.analyses.statics.page import Statics
@@ -52,7 +51,7 @@ def statics(
                 "As `max_payload`, and by this largest sag of the tool under the weights of arm "
                 "and payload, '0.5 mm'."
             ),
-            LENGTH,
+            TARGET,
         ),
     ] = None,
     accuracy_limit: Annotated[
@@ -62,7 +61,7 @@ def statics(
                 "As `max_payload`, and by this largest error of 95 % of the positions at a pose, "
                 "'1 mm'."
             ),
-            LENGTH,
+            TARGET,
         ),
     ] = None,
     reducers: ReducersArgument = (),
@@ -91,7 +90,7 @@ def statics(
     )
     payload = None
     if asked.max_payload or asked.sag_limit is not None or asked.accuracy_limit is not None:
-        from lostmotion.analyses.statics.payload import max_payload as largest
+        from lostmotion.loads.payload import max_payload as largest
 
         payload = largest(asked.arm, visited, asked.tilt, asked.sag_limit, asked.accuracy_limit)
     return Statics.of(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
@@ -24,18 +24,13 @@ from lostmotion.analyses.arguments import (
     chosen_poses,
     zone_of,
 )
-from lostmotion.analyses.quantities import Amount
+from lostmotion.analyses.quantities import SHARE, TARGET, Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import Mistakes, refuse_argument
-from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.analyses.arguments import Ends
     from lostmotion.analyses.targets.targets import Target
-
-# Limits of a target's quantities.
-LENGTH: Final = Quantity("m", "0.5 mm", above=0, high=100)
-SHARE: Final = Quantity("", "95 %", low=0.5, high=0.999)
 
 
 def _one_of(**targets: Amount | None) -> None:
@@ -46,7 +41,7 @@ def _one_of(**targets: Amount | None) -> None:
             "error, rp_iso, rp_any",
             " and ".join(stated) or "none of them",
             "one of them",
-            error=LENGTH.example,
+            error=TARGET.example,
         )
 
 
@@ -86,12 +81,12 @@ def target(
                 "Target: `share` of all positions over the workspace have at most this error, "
                 "'0.5 mm'."
             ),
-            LENGTH,
+            TARGET,
         ),
     ] = None,
     repeatability: Annotated[
         Amount | None,
-        Argument("Former name of `rp_iso`, with an `approach` of up or down.", LENGTH),
+        Argument("Former name of `rp_iso`, with an `approach` of up or down.", TARGET),
     ] = None,
     rp_iso: Annotated[
         Amount | None,
@@ -99,7 +94,7 @@ def target(
             "Target instead: `share` of the robots have at most this RP in the ISO cycle "
             "(every joint arrives from one side), averaged over the "
             "poses, '0.1 mm'.",
-            LENGTH,
+            TARGET,
         ),
     ] = None,
     rp_any: Annotated[
@@ -109,7 +104,7 @@ def target(
                 "Target instead: the same RP of any approach: joints arrive from either side at "
                 "random, '0.1 mm'."
             ),
-            LENGTH,
+            TARGET,
         ),
     ] = None,
     share: Annotated[

@@ -1,5 +1,5 @@
 """Allowances for the parts of an arm that meet a target on the tool: for one item at a time, and
-allocated to all items together.
+allocated to all items together; and the production yield of an arm or a study.
 
 Each item of `error_model.items` has a factor on its terms. Bias is linear in them and variance
 quadratic, so the mean square error is a quadratic form from which allocations of equal effect
@@ -13,28 +13,43 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.accuracy.answer import Answer
+from lostmotion.analyses.arguments import (
+    DEFAULT_ROBOTS,
+    DEFAULT_VISITS,
+    arm_of,
+    chosen_poses,
+    poses_of,
+)
+from lostmotion.analyses.quantities import SHARE, TARGET, read_quantities
 from lostmotion.analyses.result import Result
 from lostmotion.error_model.allocation import (
     moving,
 )
 from lostmotion.error_model.items import Item, shared_items
 from lostmotion.error_model.pose_matrix import pose_matrix
-from lostmotion.error_model.provenance import States, states
+from lostmotion.error_model.provenance import States, refuse_undescribed, states
+from lostmotion.error_model.trust import with_figures
 from lostmotion.error_model.visit_scatter import refuse_without_scatter
 from lostmotion.errors import refuse_argument
+from lostmotion.propagation.first_order import refuse_large_errors
 from lostmotion.propagation.montecarlo.blocks import BlockPlan
 from lostmotion.propagation.production_yield import (
     MOST_ROBOTS,
     Yield,
+    compute_yield,
 )
 from lostmotion.sizing.allowances import Allocation, Allowance, Kind, Solver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
+    from lostmotion.analyses.quantities import Amount
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.production_yield import Criterion
     from lostmotion.spatial import Floats
 
 MOST_POSES: Final = 16_384
@@ -163,4 +178,85 @@ def targets(  # noqa: PLR0913 - arguments of a target
         equal_factor=solver.scaled(np.where(moving(solver.form), 1.0, np.nan)),
         equal_effect=solver.equal_effect(),
         yields=solver.yields(ones),
+    )
+
+
+def production_yield(  # noqa: PLR0913 - arguments of a production
+    subject: Arm | str | Path | Answer,
+    target: Amount,
+    *,
+    criterion: Criterion = "error",
+    share: Amount = 0.95,
+    poses: int | str | Path | Floats | Poses = 1024,
+    robots: int = DEFAULT_ROBOTS,
+    visits: int = DEFAULT_VISITS,
+    seed: int = 1,
+) -> Yield:
+    """Return the share of simulated robots that meet a target, with an exact interval that counts
+    robots.
+
+    Parameters
+    ----------
+    subject
+        An arm, its file, or a study of one: then the study's poses, robots, visits, seed and
+        approach are used instead of these.
+    target
+        "0.5 mm", or a number in m.
+    criterion
+        Figure of each robot that is compared with the target: "error", the quantile `share` of its
+        position error; "worst accuracy", AP at its worst pose; "repeatability", RP averaged over
+        the poses; "worst repeatability", RP at its worst pose.
+    share
+        Share of a robot's positions.
+    poses
+        How many poses each robot visits, a CSV file of poses, or joint values, as in `study`.
+    robots
+        How many manufactured robots are simulated.
+    visits
+        How often each robot visits each pose.
+    seed
+        Seed of the random draws: same seed, same result.
+
+    Returns
+    -------
+    Yield
+        `share`, `interval`, and `curve()` of the yield against the target.
+
+    Raises
+    ------
+    InputError
+        For arguments that cannot be used.
+
+    """
+    read = read_quantities(
+        {"target": target, "share": share}, {"target": TARGET, "share": SHARE}, needed=True
+    )
+    value, of = read["target"], read["share"]
+    if not isinstance(subject, Answer):
+        arm = arm_of("subject", subject, {})
+        refuse_undescribed(arm)
+        refuse_large_errors(arm)
+        chosen = chosen_poses(arm, poses_of("poses", poses, {"arm": arm}), "sobol", seed)
+        chosen = with_figures(arm, chosen)
+        return compute_yield(
+            arm,
+            chosen,
+            value,
+            criterion=criterion,
+            share=of,
+            robots=robots,
+            visits=visits,
+            seed=seed,
+        )
+    study = subject.sampled
+    return compute_yield(
+        subject.arm,
+        subject.poses,
+        value,
+        criterion=criterion,
+        share=of,
+        robots=study.robots,
+        visits=study.visits,
+        seed=subject.seed,
+        approach=subject.approach,
     )

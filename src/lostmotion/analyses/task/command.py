@@ -21,7 +21,7 @@ from lostmotion.analyses.signature import Argument, question, read_arguments
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.analyses.task.result import TaskResult
+    from lostmotion.analyses.task.outcome import TaskResult
 
 
 def _stated(name: str, value: object, _given: object) -> Path | Mapping[str, Any]:
@@ -63,7 +63,7 @@ def task(
 
     """
     asked = read_arguments(task, locals())
-    from lostmotion.analyses.task.result import TaskResult
+    from lostmotion.analyses.task.outcome import TaskResult
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.task_file import read_task
     from lostmotion.io.toml_lines import names_lines

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.analyses.result import Result
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.small_counts import clustered_share
 from lostmotion.error_model.task import Program, program_of
@@ -27,6 +28,7 @@ from lostmotion.propagation.task_success import (
     shares,
     worst_output,
 )
+from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,7 +62,7 @@ class ToleranceOutcome:
 
 
 @dataclass(frozen=True, repr=False)
-class TaskOutcome:
+class TaskResult(Result):
     """Whether a task succeeds.
 
     success     probability that all tolerances hold
@@ -114,6 +116,16 @@ class TaskOutcome:
             **{each.tolerance.name: each.held for each in self.outcomes},
             **self.features,
         }
+
+    @property
+    def failure(self) -> str:
+        """Return why the task fails: fewer robots and runs succeed than it requires."""
+        if self.success.value >= self.task.required:
+            return ""
+        return (
+            f"All tolerances hold in {Cell(self.success.value, '%')} of robots and runs; "
+            f"{Cell(self.task.required, '%', stated=True)} are required."
+        )
 
     def where(self, place: int) -> str:
         """Return the place by its feature and its number there."""

@@ -74,13 +74,13 @@ def view(
 
     import numpy as np
 
-    from lostmotion.analyses.view.page.panel import pose_option
-    from lostmotion.analyses.view.page.picture import first_pose
-    from lostmotion.analyses.view.page.window import Window
-    from lostmotion.analyses.view.session import Session
     from lostmotion.error_model.poses import sample_poses
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.errors import legible
+    from lostmotion.live_view.panel import pose_option
+    from lostmotion.live_view.picture import first_pose
+    from lostmotion.live_view.session import Session
+    from lostmotion.live_view.window import Window
 
     def say(text: str) -> None:
         sys.stdout.write(f"{legible(text)}\n")

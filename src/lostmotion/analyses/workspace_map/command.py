@@ -22,7 +22,7 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.workspace_map.result import AccuracyMap
+    from lostmotion.analyses.workspace_map.page import AccuracyMap
 
 Configuration = Literal["best", "mean", "worst"]
 # An arm and its work are no larger than this, m.
@@ -137,7 +137,7 @@ def map(  # noqa: A001 - the name on both sides
     asked = read_arguments(map, locals())
     import numpy as np
 
-    from lostmotion.analyses.workspace_map.result import AccuracyMap
+    from lostmotion.analyses.workspace_map.page import AccuracyMap
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.error_model.trust import refuse_untrusted
     from lostmotion.maps.accuracy_map import map_workspace

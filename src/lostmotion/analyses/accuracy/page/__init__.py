@@ -15,11 +15,10 @@ from lostmotion.analyses.accuracy.page.budget import (
     by_level_sections,
     causes_section,
     levels_section,
+    made_of_sections,
+    one_sided_bounded,
     requested_sections,
-)
-from lostmotion.analyses.accuracy.page.drive_classes import (
-    with_classes,
-    with_presets,
+    with_made_of_bars,
 )
 from lostmotion.analyses.accuracy.page.error import (
     bands_clause,
@@ -31,11 +30,11 @@ from lostmotion.analyses.accuracy.page.error import (
     with_band,
 )
 from lostmotion.analyses.accuracy.page.first_screen import blame_bars, brief_of, remedy_bars
-from lostmotion.analyses.accuracy.page.headline import headline, remedy_sentence
-from lostmotion.analyses.accuracy.page.repeatability import (
-    made_of_sections,
-    one_sided_bounded,
-    with_made_of_bars,
+from lostmotion.analyses.accuracy.page.headline import (
+    headline,
+    remedy_sentence,
+    with_classes,
+    with_presets,
 )
 from lostmotion.analyses.accuracy.page.zone import (
     WHOLE,

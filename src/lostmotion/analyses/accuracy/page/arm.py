@@ -1,19 +1,41 @@
-"""Tables of the arm of a study: workspace, joints, bending of links, and tuning of servos."""
+"""Tables of the arm of a study: workspace, joints, bending of links, and tuning of servos; and the
+sheet of an arm without any error source, which has workspace and static torques alone.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.analyses.accuracy.page.headline import (
+    class_facts,
+    class_section,
+    class_sentence,
+)
+from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.error_model.servo_tuning import MOST_POSES, tuned_rms
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.mechanism.wind_up import wind_ups
+from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, in_words, length, several
+from lostmotion.reporting.sheet import (
+    Card,
+    Cell,
+    Lines,
+    Row,
+    Section,
+    Sheet,
+    in_one_unit,
+    in_words,
+    length,
+    several,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lostmotion.accuracy.answer import Answer
+    from lostmotion.accuracy.drive_classes import ClassFigures
     from lostmotion.accuracy.workspace import Workspace
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
@@ -24,6 +46,11 @@ _LOADS: Final = ("as the base stands", "worst over base tilts")
 # What a joint does not have, and an error that is not described.
 _NONE: Final = "-"
 _IDEAL: Final = "ideal"
+_MISSING: Final = (
+    "the backlash, stiffness, hysteresis or transmission error of gearboxes, the play or "
+    "stiffness of bearings, the errors of encoders, "
+    "the sections or length tolerances of links"
+)
 
 
 def joints_section(answer: Answer, known: States) -> Section:
@@ -231,3 +258,53 @@ def bending_sections(answer: Answer) -> list[Section]:
     return [
         Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)
     ]
+
+
+def undescribed_sheet(
+    arm: Arm,
+    poses: Poses,
+    space: Workspace,
+    worst: Sequence[HoldingTorque],
+    lines: Lines | None = None,
+) -> Sheet:
+    """Return the sheet of an arm without any error source: workspace, holding torques, states of
+    the joints, and `lines` to describe them by.
+    """
+    reach = workspace_section(space)
+    return with_arm(
+        Sheet(
+            subject="workspace and statics",
+            counts=several(len(poses), "pose"),
+            verdict=f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}. What is missing: {_MISSING}.",
+            cards=(
+                Card("reach from the base", str(reach.rows[0].cells[0]), "largest of the sample"),
+            ),
+            sections=(reach, torques_section(arm, poses, worst)),
+            source=(
+                f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the "
+                "same bytes."
+            ),
+            facts={"poses": {"count": len(poses), "law": poses.law}},
+            lines=lines,
+        ),
+        arm,
+        states(arm),
+        poses=poses,
+    )
+
+
+def with_first_answer(sheet: Sheet, figures: Sequence[ClassFigures]) -> Sheet:
+    """Return the sheet of an arm that describes no error source, with the figures by class of drive
+    in place of a prediction.
+    """
+    if not figures:
+        return sheet
+    return replace(
+        sheet,
+        verdict=(
+            f"{class_sentence(figures)} The file itself describes no error source. What is "
+            f"missing: {_MISSING}."
+        ),
+        sections=(class_section(figures), *sheet.sections),
+        facts={**sheet.facts, **class_facts(figures)},
+    )

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.accuracy.page.budget import repeatability_statement
 from lostmotion.analyses.accuracy.page.error import WITHIN_TARGET
-from lostmotion.analyses.accuracy.page.repeatability import repeatability_statement
 from lostmotion.analyses.accuracy.page.zone import WHOLE, outcome, stopped_in
 from lostmotion.error_model.remedies import (
     MEASURED,

@@ -1,8 +1,8 @@
-"""Sheet of a comparison."""
+"""A comparison of arms with its sheet and its plots."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.compare.page.brief import brief
@@ -30,6 +30,8 @@ from lostmotion.analyses.compare.page.tables import (
     states_sections,
     values_section,
 )
+from lostmotion.analyses.result import Result
+from lostmotion.comparison.comparison import Comparison
 from lostmotion.comparison.description import WHOLE_JOINT
 from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.trust import error_remarks
@@ -43,11 +45,11 @@ from lostmotion.reporting.sheet import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
-    from lostmotion.comparison.comparison import Change, Comparison
+    from lostmotion.comparison.comparison import Change
+    from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Section
-
 
 _SAME: Final = "The same arms, version, seed and counts give the same bytes."
 
@@ -246,3 +248,20 @@ def _without_mass(comparison: Comparison) -> str:
     return without_mass(
         model for each in comparison.arms for model in each.arm.gearboxes_without_mass
     )
+
+
+@dataclass(frozen=True, repr=False)
+class Compare(Comparison, Result):
+    """What differs between arms and what it does: every attribute of `Comparison`."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        return compare_sheet(self)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.compare.page.plots import compare_plots
+
+        return compare_plots(self)

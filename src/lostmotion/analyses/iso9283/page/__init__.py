@@ -7,8 +7,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.page.labels import NO_SCATTER, estimate_figure, scatter_figure
+from lostmotion.analyses.iso9283.page.labels import (
+    NO_SCATTER,
+    WORDS,
+    estimate_figure,
+    scatter_figure,
+)
 from lostmotion.analyses.iso9283.page.measured import measured_facts, measured_sections
+from lostmotion.analyses.iso9283.page.measured_figures import comparison_sections
 from lostmotion.analyses.iso9283.page.measured_headline import (
     measured_cards,
     measured_counts,
@@ -17,8 +23,6 @@ from lostmotion.analyses.iso9283.page.measured_headline import (
     measured_warnings,
 )
 from lostmotion.analyses.iso9283.page.predicted import predicted_sections
-from lostmotion.analyses.iso9283.page.side_by_side import comparison_sections
-from lostmotion.analyses.iso9283.page.words import WORDS
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits

@@ -11,7 +11,7 @@ from lostmotion.analyses.iso9283.page.labels import (
     load_label,
     measured_label,
 )
-from lostmotion.analyses.iso9283.page.side_by_side import (
+from lostmotion.analyses.iso9283.page.measured_figures import (
     positioning_facts,
     positioning_sections,
 )

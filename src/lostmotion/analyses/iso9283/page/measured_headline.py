@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.page.labels import estimate_figure, measured_label
-from lostmotion.analyses.iso9283.page.side_by_side import (
+from lostmotion.analyses.iso9283.page.measured_figures import (
     SHOWN,
     positioning_cards,
     positioning_sentence,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.page.labels import accuracy_key, load_label, measured_label
-from lostmotion.analyses.iso9283.page.measured_plots import (
+from lostmotion.analyses.iso9283.page.measured_figures import (
     measured_accuracy,
     measured_path,
     side_by_side,

@@ -23,10 +23,10 @@ from lostmotion.analyses.statics.page.payload import (
     payload_section,
     payload_sentences,
 )
-from lostmotion.analyses.statics.survey import Survey
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
+from lostmotion.loads.survey import Survey
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.reporting.arm_sheet import bounded_cards, with_arm
 from lostmotion.reporting.first_order import with_falls
@@ -36,9 +36,9 @@ from lostmotion.reporting.sheet import Card, Cell, Sheet, several, table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.statics.payload import MaxPayload
     from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.error_model.provenance import States
+    from lostmotion.loads.payload import MaxPayload
     from lostmotion.mechanism.holding_torques import DriveLoad, JointLoad
     from lostmotion.parts.moving_joint import MovingJoint
     from lostmotion.reporting.plot import Plot

@@ -16,8 +16,8 @@ from lostmotion.reporting.provenance import at_least
 from lostmotion.reporting.sheet import Card, Cell, length, table
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.statics.survey import Survey
     from lostmotion.error_model.provenance import States
+    from lostmotion.loads.survey import Survey
     from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
 

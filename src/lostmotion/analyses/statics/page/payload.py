@@ -13,8 +13,8 @@ from lostmotion.reporting.provenance import share_within_bounded
 from lostmotion.reporting.sheet import Card, Cell, length, several, table
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.statics.payload import MaxPayload, PayloadLimit
     from lostmotion.error_model.provenance import States
+    from lostmotion.loads.payload import MaxPayload, PayloadLimit
     from lostmotion.mechanism.arm import Arm
     from lostmotion.reporting.sheet import Section
 

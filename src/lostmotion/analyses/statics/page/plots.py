@@ -29,8 +29,8 @@ from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.statics.payload import MaxPayload, PayloadLimit
-    from lostmotion.analyses.statics.survey import Survey
+    from lostmotion.loads.payload import MaxPayload, PayloadLimit
+    from lostmotion.loads.survey import Survey
     from lostmotion.mechanism.elastostatics import Ellipsoid
     from lostmotion.spatial import Floats
 

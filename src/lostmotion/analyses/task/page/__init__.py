@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.task.page.drift import drift_section
-from lostmotion.analyses.task.page.help_tables import help_sections
+from lostmotion.analyses.task.page.plots import plots
+from lostmotion.analyses.task.page.tables import drift_section, help_sections
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import in_error, with_limits
 from lostmotion.mechanism.placed_terms import short_name
@@ -33,12 +33,13 @@ from lostmotion.reporting.sheet import (
 )
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.task.outcome import TaskOutcome, ToleranceOutcome
+    from lostmotion.analyses.task.outcome import TaskResult, ToleranceOutcome
     from lostmotion.error_model.drawing_tolerances import DrawingTolerance
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.provenance import States
     from lostmotion.reporting.sheet import Section
 
+__all__ = ["plots", "sheet"]
 _PARTS: Final = 12
 _BARS: Final = 5
 _PLACES: Final = 40
@@ -70,7 +71,7 @@ _WORDS: Final = (
 )
 
 
-def task_sheet(outcome: TaskOutcome) -> Sheet:
+def sheet(outcome: TaskResult) -> Sheet:
     """Return the sheet of a task."""
     arm, task = outcome.arm, outcome.task
     known = with_limits(states(arm), arm, outcome.program.visited, outcome.program.sides)
@@ -120,7 +121,7 @@ def _share(estimate: Estimate, samples: str = "") -> Cell:
     return Cell(estimate.value, "%", estimate.low, estimate.high, samples)
 
 
-def _verdict(outcome: TaskOutcome, known: States) -> str:
+def _verdict(outcome: TaskResult, known: States) -> str:
     success = _share(outcome.success)
     interval = f" ({success.interval})" if success.interval else ""
     worst = outcome.outcomes[outcome.decisive]
@@ -143,7 +144,7 @@ def _verdict(outcome: TaskOutcome, known: States) -> str:
     return " ".join([*text, *caveats(known)])
 
 
-def _remedy(outcome: TaskOutcome) -> str:
+def _remedy(outcome: TaskResult) -> str:
     """Return the sentence on the first remedy that meets the requirement, or else the best one."""
     stages = outcome.helps.stages
     best = max(stages, key=lambda each: each.success.value)
@@ -156,7 +157,7 @@ def _remedy(outcome: TaskOutcome) -> str:
     return f"No ideal remedy suffices; '{best.name}' raises it to {Cell(best.success.value, '%')}."
 
 
-def _cards(outcome: TaskOutcome, known: States) -> tuple[Card, ...]:
+def _cards(outcome: TaskResult, known: States) -> tuple[Card, ...]:
     worst = outcome.outcomes[outcome.decisive]
     bounded = _bounded("", known).strip()
     sign = {"at most": "≤ ", "at least": "≥ "}.get(bounded, "")
@@ -190,7 +191,7 @@ def _limit(stated: DrawingTolerance) -> Cell:
     return Cell(stated.size[0], "mm", stated=True)
 
 
-def _bars(outcome: TaskOutcome) -> tuple[Bars, ...]:
+def _bars(outcome: TaskResult) -> tuple[Bars, ...]:
     """Return the bars of the first screen: the largest contributors, and what remedies leave."""
     shown = [each for each in outcome.parts.items() if abs(each[1]) >= _LEAST][:_BARS]
     parts = (Bar(short_name(name), Cell(value, "%"), 100 * value) for name, value in shown)
@@ -202,7 +203,7 @@ def _bars(outcome: TaskOutcome) -> tuple[Bars, ...]:
     return (block, gained) if shown else (gained,)
 
 
-def _success(outcome: TaskOutcome, counted: str) -> Section:
+def _success(outcome: TaskResult, counted: str) -> Section:
     return table(
         "task",
         "Success of the task",
@@ -219,7 +220,7 @@ def _success(outcome: TaskOutcome, counted: str) -> Section:
     )
 
 
-def _placement(outcome: TaskOutcome) -> tuple[Section, ...]:
+def _placement(outcome: TaskResult) -> tuple[Section, ...]:
     """Return the best placement that was found; nothing where it is fixed."""
     placed = outcome.placed
     if placed is None:
@@ -240,7 +241,7 @@ def _placement(outcome: TaskOutcome) -> tuple[Section, ...]:
     )
 
 
-def _tolerances(outcome: TaskOutcome, counted: str) -> Section:
+def _tolerances(outcome: TaskResult, counted: str) -> Section:
     rows = []
     for each in outcome.outcomes:
         stated = each.tolerance
@@ -262,7 +263,7 @@ def _tolerances(outcome: TaskOutcome, counted: str) -> Section:
     )
 
 
-def _features(outcome: TaskOutcome, counted: str) -> Section:
+def _features(outcome: TaskResult, counted: str) -> Section:
     return table(
         "features",
         "Features",
@@ -272,7 +273,7 @@ def _features(outcome: TaskOutcome, counted: str) -> Section:
     )
 
 
-def _shares(key: str, title: str, outcome: TaskOutcome, shares: dict[str, float]) -> Section:
+def _shares(key: str, title: str, outcome: TaskResult, shares: dict[str, float]) -> Section:
     worst = outcome.outcomes[outcome.decisive]
     shown = [(name, value) for name, value in shares.items() if abs(value) >= _LEAST][:_PARTS]
     return table(
@@ -284,7 +285,7 @@ def _shares(key: str, title: str, outcome: TaskOutcome, shares: dict[str, float]
     )
 
 
-def _places(outcome: TaskOutcome, counted: str) -> Section:
+def _places(outcome: TaskResult, counted: str) -> Section:
     """Return the places with the smallest probability, in the order of the path."""
     held, used = outcome.place_held, outcome.place_used
     order = np.lexsort((-np.nan_to_num(used), np.where(np.isnan(held), 2.0, held)))
@@ -318,7 +319,7 @@ def _places(outcome: TaskOutcome, counted: str) -> Section:
     )
 
 
-def _sides(outcome: TaskOutcome) -> Section:
+def _sides(outcome: TaskResult) -> Section:
     """Return at how many places each joint rests on either side."""
     sides = outcome.program.sides
     changes = np.abs(np.diff(np.sign(sides), axis=0)) > 0
@@ -340,7 +341,7 @@ def _sides(outcome: TaskOutcome) -> Section:
     )
 
 
-def _first_order(outcome: TaskOutcome) -> str:
+def _first_order(outcome: TaskResult) -> str:
     check = outcome.check
     return (
         f"first order differs from exact composition by at most {length(check.largest)} in "

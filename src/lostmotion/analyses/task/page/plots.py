@@ -1,4 +1,6 @@
-"""Plots of a task: its path in the colours of its tolerances, and the contributors."""
+"""Plots of a task: its path in the colours of its tolerances, the drift of the tool, and the
+contributors.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.task.page.drift import drift_plot
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.mechanism.warm_up import HOUR
 from lostmotion.reporting.chart import label_axes, legend, named_rows, one, ringed, swatch
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
@@ -17,9 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.task.outcome import TaskOutcome
+    from lostmotion.analyses.task.outcome import TaskResult
     from lostmotion.spatial import Floats
 
+_CURVE: Final = 97
 _PARTS: Final = 12
 _LEAST: Final = 0.005
 # Colours of the path by the share of the tolerance that 95 % stay within.
@@ -30,7 +33,7 @@ _CLASSES: Final = (
 )
 
 
-def task_plots(outcome: TaskOutcome) -> list[Plot]:
+def plots(outcome: TaskResult) -> list[Plot]:
     """Return the path in the colours of its tolerances, and the contributors."""
     out = [
         Plot(
@@ -46,7 +49,7 @@ def task_plots(outcome: TaskOutcome) -> list[Plot]:
             Plot(
                 "drift",
                 "drift",
-                drift_plot(outcome),
+                _drift(outcome),
                 "Displacement of the tool over the time of the task at the place with the largest "
                 "one, and by the own heat of each joint.",
             )
@@ -63,7 +66,7 @@ def task_plots(outcome: TaskOutcome) -> list[Plot]:
     return out
 
 
-def _path(outcome: TaskOutcome) -> Figure:
+def _path(outcome: TaskResult) -> Figure:
     points = 1e3 * outcome.program.places.points
     extent = np.ptp(points, axis=0)
     across, up = sorted(np.argsort(-extent, kind="stable")[:2])
@@ -89,7 +92,32 @@ def _dots(on: Axes, points: Floats, used: Floats) -> None:
         low = high
 
 
-def _contributors(outcome: TaskOutcome) -> Figure:
+def _drift(outcome: TaskResult) -> Figure:
+    """Return the displacement of the tool over the time of the task at the place with the largest
+    one.
+    """
+    drift, heat = outcome.drift, outcome.task.heat
+    if drift is None or heat is None:
+        raise ValueError("a task without own heat")
+    time = np.linspace(0.0, heat.over, _CURVE)
+    each = drift.growth[:, :, None] * heat.shares(time)[:, None]
+    made, on = one(f"Drift of the tool at {outcome.where(drift.place)}", 70)
+    scale, unit = (HOUR, "h") if heat.over >= 2 * HOUR else (60.0, "min")
+    on.plot(
+        time / scale,
+        1e3 * np.linalg.norm(each.sum(axis=0), axis=0),
+        color=LIGHT["ink"],
+        label="all",
+    )
+    for k, (name, moved) in enumerate(zip(drift.joints, each, strict=True)):
+        colour = LIGHT[f"c{k % 4 + 1}"]
+        on.plot(time / scale, 1e3 * np.linalg.norm(moved, axis=0), color=colour, label=name)
+    label_axes(on, f"time [{unit}]", "displacement [mm]")
+    legend(made)
+    return made
+
+
+def _contributors(outcome: TaskResult) -> Figure:
     shown = [(name, value) for name, value in outcome.parts.items() if value >= _LEAST][:_PARTS]
     made, on = one("Share of the mean square in the decisive tolerance", 30 + 8 * len(shown))
     on.barh(range(len(shown)), [100 * value for _, value in shown], color=LIGHT["robot"])

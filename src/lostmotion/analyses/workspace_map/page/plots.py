@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.page.gain import gain_plots
 from lostmotion.analyses.workspace_map.page.labels import configuration_label, percentile_label
 from lostmotion.analyses.workspace_map.page.slices import (
     ACROSS,
     AROUND,
     draw_cells,
+    gain_plots,
     index_at,
     of_equal_scale,
     place_text,

@@ -15,7 +15,7 @@ import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.export.c_files import packaged
+from lostmotion.controller_model.c_source import packaged
 from lostmotion.controller_model.fmi import (
     build_description,
     description,

@@ -1,22 +1,80 @@
-"""Tables of what would help a task, and of how much more it would bear."""
+"""Further tables of a task: the drift of the tool by the own heat of joints, what would help, and
+how much more the task would bear.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.sheet import Cell, Row, several, table
+from lostmotion.mechanism.warm_up import HOUR
+from lostmotion.reporting.sheet import Cell, Row, length, several, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.task.outcome import TaskOutcome
+    from lostmotion.analyses.task.outcome import TaskResult
     from lostmotion.propagation.task_remedies import Margin, Remedied, Remedies
     from lostmotion.reporting.sheet import Section
 
+_INSTANTS: Final = 8
 
-def help_sections(outcome: TaskOutcome) -> tuple[Section, ...]:
+
+def drift_section(outcome: TaskResult) -> tuple[Section, ...]:
+    """Return the section on the drift; nothing without own heat."""
+    drift, heat = outcome.drift, outcome.task.heat
+    if drift is None or heat is None:
+        return ()
+    at = heat.over * np.arange(1, _INSTANTS + 1) / _INSTANTS
+    curve = np.linalg.norm(drift.growth.T @ heat.shares(at), axis=0)
+    rows = [
+        Row(
+            "largest displacement",
+            (length(drift.largest, samples="exact"),),
+            f"at {outcome.where(drift.place)} after {_time(drift.time)}",
+            key="largest",
+        ),
+        *(
+            Row(f"of it by {name}", (Cell(float(share), "%", samples="exact"),))
+            for name, share in zip(drift.joints, drift.shares, strict=True)
+        ),
+        *(
+            Row(f"there after {_time(time)}", (length(float(size), samples="exact"),))
+            for time, size in zip(at, curve, strict=True)
+        ),
+    ]
+    if heat.over > heat.duration and outcome.runs > 1:
+        counted = several(outcome.robots, "robot")
+        rows += [
+            Row(name, (Cell(of.value, "%", of.low, of.high, counted),))
+            for name, of in (
+                ("all tolerances hold, first run", drift.first),
+                ("all tolerances hold, last run", drift.last),
+            )
+        ]
+    return (
+        table(
+            "drift",
+            "Drift of the tool by the own heat of joints",
+            ("value",),
+            rows,
+            "displacement of the tool point from where it is while all links are at the arm's "
+            f"temperature; the arm is {'warm' if heat.warm else 'cold'} at the start. Counted: "
+            f"expansion of the links of {', '.join(drift.joints)}. Not counted: expansion of "
+            "housings and base, clearances that follow the temperature, links that bend",
+        ),
+    )
+
+
+def _time(seconds: float) -> str:
+    hours = seconds >= 2 * HOUR
+    return f"{seconds / HOUR:.3g} h" if hours else f"{seconds / 60:.3g} min"
+
+
+def help_sections(outcome: TaskResult) -> tuple[Section, ...]:
     """Return what remedies leave, what is left without each part, and how much the task would
     bear.
     """

@@ -7,18 +7,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
-from lostmotion.analyses.view.page import panel
-from lostmotion.analyses.view.page.guard import is_number
 from lostmotion.error_model.provenance import states
+from lostmotion.live_view import panel
+from lostmotion.live_view.choices import AS_IN_FILE, gearbox_names, section_names
+from lostmotion.live_view.guard import is_number
 from lostmotion.printed import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.view.page.picture import Classes
-    from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Session
     from lostmotion.error_model.provenance import States
+    from lostmotion.live_view.picture import Classes
+    from lostmotion.live_view.session import ErrorOverWorkspace, Figures, Session
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
     from lostmotion.spatial import Floats

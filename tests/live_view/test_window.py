@@ -18,14 +18,14 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.view.page.picture import COLOURS as CLASSES
-from lostmotion.analyses.view.session import Session
+from lostmotion.live_view.picture import COLOURS as CLASSES
+from lostmotion.live_view.session import Session
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.reporting.sheet import length
 from tests.browser.chromium import CHROMIUM, Browser
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None,
     reason="viser is not installed: pip install 'lostmotion[view]'",
@@ -90,7 +90,7 @@ def test_meshes_are_read_within_the_folder_of_the_urdf_alone(tmp_path, mesh, sho
     """
     import viser
 
-    from lostmotion.analyses.view.page.scene import meshes_of
+    from lostmotion.live_view.scene import meshes_of
 
     folder = tmp_path / "robot"
     folder.mkdir()
@@ -135,7 +135,7 @@ def test_meshes_of_xacro_are_read_within_its_package_alone(tmp_path, mesh, shown
     """
     import viser
 
-    from lostmotion.analyses.view.page.scene import meshes_of
+    from lostmotion.live_view.scene import meshes_of
 
     package = tmp_path / "bar"
     for folder in (package / "urdf", package / "meshes"):
@@ -166,7 +166,7 @@ def test_meshes_beyond_the_bound_are_not_read(tmp_path, monkeypatch):
     """A warning states the bound, and the arm is drawn by its bodies."""
     import viser
 
-    from lostmotion.analyses.view.page import scene as meshes
+    from lostmotion.live_view import scene as meshes
 
     monkeypatch.setattr(meshes, "_MEGABYTES", 0)
     (tmp_path / "cube.stl").write_text(CUBE)
@@ -277,7 +277,7 @@ def test_sliders_follow_a_pose_without_moving_the_arm_again():
     """
     import viser
 
-    from lostmotion.analyses.view.page.controls import Controls
+    from lostmotion.live_view.controls import Controls
 
     arm = lostmotion.read(EXAMPLES / "scara.toml")
     poses = lostmotion.sample_poses(arm, 64)
@@ -308,7 +308,7 @@ def test_new_colours_that_are_asked_for_during_a_drag_are_drawn_with_the_next_po
     """While the arm moves, each step of the work gives a pose and no workspace: the button for new
     colours must not wait for a step without one.
     """
-    from lostmotion.analyses.view.page.window import Window
+    from lostmotion.live_view.window import Window
 
     arm = lostmotion.read(EXAMPLES / "scara.toml")
     poses = lostmotion.sample_poses(arm, 64)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.page.plots.arm import (
+from lostmotion.analyses.accuracy.page.arm_plots import (
     PicturedErrors,
     arm_in_workspace,
     sections_of,
 )
-from lostmotion.analyses.accuracy.page.plots.budget import (
+from lostmotion.analyses.accuracy.page.budget_plots import (
     CAUSES_TEXT,
     LEVELS_TEXT,
     at_places,

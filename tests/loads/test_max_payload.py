@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.statics.payload import max_payload
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
+from lostmotion.loads.payload import max_payload
 from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
@@ -26,7 +26,7 @@ VALIDATES = (
             "Monte Carlo at the worst pose"
         ),
         "1e-7; 1e-6; 1e-6; 2 %",
-        "analyses/statics/payload.py",
+        "loads/payload.py",
     ),
     (
         "stiffness of the tool along x, y, z",

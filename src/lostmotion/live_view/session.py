@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.choices import Choices, changed
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.pose_matrix import Columns
 from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
 from lostmotion.errors import LostmotionError
+from lostmotion.live_view.choices import Choices, changed
 from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of

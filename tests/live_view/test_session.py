@@ -9,9 +9,9 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, LiveArm, Refused, Session
+from lostmotion.live_view.session import ErrorOverWorkspace, Figures, LiveArm, Refused, Session
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 POSES = 256
 
 

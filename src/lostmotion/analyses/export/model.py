@@ -1,30 +1,39 @@
-"""The files of a C export: the core, the tables of one arm, and what builds and explains them."""
+"""The model of an arm for its controller: in Python, and as the files of a C export, which are the
+core, the tables of one arm, and what builds and explains them.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import pkgutil
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.controller_model.c_source import table_source, tested_poses, vector_source
+from lostmotion.analyses.arguments import arm_of
+from lostmotion.analyses.quantities import amount
+from lostmotion.blas_threads import one_blas_thread
+from lostmotion.controller_model.c_source import packaged, table_source, tested_poses, vector_source
+from lostmotion.controller_model.controller import Controller
+from lostmotion.controller_model.lowering import tables_of
 from lostmotion.controller_model.remainder import remainder
 from lostmotion.controller_model.scratch_sizes import bytes_of, sizes_of
 from lostmotion.controller_model.unrolled import unrolled_source
-from lostmotion.error_model.provenance import states
+from lostmotion.controller_model.validity import validity_of
+from lostmotion.error_model.provenance import refuse_undescribed, states
 from lostmotion.errors import legible
 from lostmotion.reporting.provenance import missing_clause
 from lostmotion.reporting.sheet import several
 from lostmotion.reporting.warnings import arm_warnings
+from lostmotion.units import Quantity
 from lostmotion.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
-    from lostmotion.controller_model.controller import Controller
     from lostmotion.controller_model.remainder import Remainder
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.calibration import Calibration
 
 # Files that are the same for every arm, and where they go.
 _FIXED: Final = {
@@ -53,6 +62,48 @@ _VECTORS: Final = 10
 _POSES: Final = 512
 # Smaller shares are not written out.
 _LEAST_SHARE: Final = 1e-5
+
+
+def controller(
+    arm: Arm | str | Path,
+    *,
+    largest_payload: float | str | None = None,
+    calibration: Calibration | str | Path | None = None,
+    accurate_length: bool = False,
+) -> Controller:
+    """Return the controller of an arm: `predict` and `compensate` on tables, with the formulas of
+    the C sources.
+
+    Parameters
+    ----------
+    arm
+        An arm, or its file.
+    largest_payload
+        Largest payload, in kg or as text with a unit, for which it answers. Default: twice the
+        payload of the file, or the mass of the arm where none is stated.
+    calibration
+        Estimates of the errors of one robot, or their file. Default: none.
+    accurate_length
+        Whether the 95th percentile of the length is computed within 0.2 % instead of 1.5 %, which
+        takes longer.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the files, for a payload that is not positive, for an arm without any
+        error source, and for a calibration of draws that the arm does not have.
+
+    """
+    described = arm_of("arm", arm, {"calibration": calibration})
+    refuse_undescribed(described)
+    payload = (
+        None
+        if largest_payload is None
+        else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
+    )
+    with one_blas_thread():
+        tables = tables_of(described, validity_of(described, payload))
+    return Controller(tables, accurate_length=accurate_length)
 
 
 def remarks_on(arm: Arm) -> list[str]:
@@ -136,11 +187,6 @@ def _simulink(model: Controller) -> str:
         prediction=34 + 8 * joints,
         command=7 + joints,
     )
-
-
-def packaged(name: str) -> str:
-    """Return the text of a file that is the same for every arm."""
-    return (pkgutil.get_data("lostmotion.controller_model", f"c/{name}") or b"").decode()
 
 
 def _plain(text: str) -> str:

@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.page.controls import Controls
-from lostmotion.analyses.view.page.guard import Guard, is_point
-from lostmotion.analyses.view.page.picture import Framing, classes_of, enlargement, picked, visible
-from lostmotion.analyses.view.page.scene import HANDLE, Scene
-from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures, Refused
+from lostmotion.live_view.controls import Controls
+from lostmotion.live_view.guard import Guard, is_point
+from lostmotion.live_view.picture import Framing, classes_of, enlargement, picked, visible
+from lostmotion.live_view.scene import HANDLE, Scene
+from lostmotion.live_view.session import ErrorOverWorkspace, Figures, Refused
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lostmotion.analyses.view.page.picture import Classes
-    from lostmotion.analyses.view.session import Session
     from lostmotion.error_model.poses import Poses
+    from lostmotion.live_view.picture import Classes
+    from lostmotion.live_view.session import Session
     from lostmotion.spatial import Floats
 
 # No other computer may reach the view: what it sends is not encrypted.
@@ -60,7 +60,7 @@ class Window:
         """
         import viser
 
-        from lostmotion.analyses.view.page.scene import meshes_of
+        from lostmotion.live_view.scene import meshes_of
 
         self._session, self._arm = session, session.arm
         self._guard = Guard()

@@ -19,12 +19,12 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.view.choices import Choices
-from lostmotion.analyses.view.session import Session
+from lostmotion.live_view.choices import Choices
+from lostmotion.live_view.session import Session
 from lostmotion.mechanism.state import tool_points
 from tests.browser.chromium import CHROMIUM, Browser
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None,
     reason="viser is not installed: pip install 'lostmotion[view]'",
@@ -53,7 +53,7 @@ SIGN_UP = {
 @pytest.fixture(scope="module")
 def window():
     """Serve one arm."""
-    from lostmotion.analyses.view.page.window import Window
+    from lostmotion.live_view.window import Window
 
     arm = lostmotion.read(EXAMPLES / "scara.toml")
     poses = lostmotion.sample_poses(arm, 64)
@@ -424,7 +424,7 @@ def test_a_session_takes_no_value_that_a_file_could_not_state(window):
 
 def test_a_server_that_cannot_be_guarded_is_not_used():
     """Where viser would start it in another way, the view ends with a message."""
-    from lostmotion.analyses.view.page.guard import Guard
+    from lostmotion.live_view.guard import Guard
 
     with pytest.raises(lostmotion.LostmotionError, match="protect"), Guard().in_front():
         pass

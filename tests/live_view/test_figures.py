@@ -11,21 +11,21 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view.choices import (
+from lostmotion.error_model.budget import budget
+from lostmotion.error_model.remedies import STAGES
+from lostmotion.live_view.choices import (
     AS_IN_FILE,
     Choices,
     changed,
     gearbox_names,
     section_names,
 )
-from lostmotion.analyses.view.session import LiveArm
-from lostmotion.error_model.budget import budget
-from lostmotion.error_model.remedies import STAGES
+from lostmotion.live_view.session import LiveArm
 from lostmotion.propagation.analytic import Analytic, analytic
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
 from lostmotion.propagation.pooled import pooled
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 POSES = 256
 # the view shows no bounds
 ARRAYS = [name for name in Analytic.__dataclass_fields__ if name not in {"levels", "worst", "rss"}]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.page.picture import COLOURS
 from lostmotion.errors import legible
+from lostmotion.live_view.picture import COLOURS
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits, factor_of, unit_of_length
 from lostmotion.reporting.palette import DARK
@@ -19,10 +19,10 @@ from lostmotion.reporting.sheet import length
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.view.page.picture import Classes
-    from lostmotion.analyses.view.session import ErrorOverWorkspace, Figures
     from lostmotion.error_model.budget import Cost
     from lostmotion.error_model.provenance import States
+    from lostmotion.live_view.picture import Classes
+    from lostmotion.live_view.session import ErrorOverWorkspace, Figures
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

@@ -11,8 +11,10 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view.page import panel
-from lostmotion.analyses.view.page.picture import (
+from lostmotion.error_model.budget import Cost
+from lostmotion.io.pose_and_zone_text import read_pose
+from lostmotion.live_view import panel
+from lostmotion.live_view.picture import (
     COLOURS,
     Framing,
     classes_of,
@@ -21,13 +23,11 @@ from lostmotion.analyses.view.page.picture import (
     picked,
     visible,
 )
-from lostmotion.analyses.view.session import LiveArm
-from lostmotion.error_model.budget import Cost
-from lostmotion.io.pose_and_zone_text import read_pose
+from lostmotion.live_view.session import LiveArm
 from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.printed import round_number
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lostmotion.analyses.view.page.picture import Framing
-    from lostmotion.analyses.view.session import Figures
+    from lostmotion.live_view.picture import Framing
+    from lostmotion.live_view.session import Figures
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.shape import Body
     from lostmotion.spatial import Floats
