@@ -24,7 +24,12 @@ SWEEP = (
 REPORTS = {
     "study": lambda _: lostmotion.study(Z_ARM, poses=256, robots=100, visits=10),
     "map": lambda _: lostmotion.map(
-        Z_ARM, cell="150 mm", poses=2048, target="1 mm", box="300 mm x 200 mm x 100 mm"
+        Z_ARM,
+        cell="150 mm",
+        poses=2048,
+        per_cell=2,
+        target="1 mm",
+        box="300 mm x 200 mm x 100 mm",
     ),
     "gear": lambda _: lostmotion.gear(EXAMPLES / "gearbox" / "printed.toml", gearboxes=20),
     "bearing": lambda _: lostmotion.bearing(EXAMPLES / "bearing" / "6209-pair.toml", bearings=50),

@@ -252,7 +252,7 @@ def special_poses(joints, seed, count):
 
 
 @pytest.mark.parametrize("passes", [1, 2])
-@pytest.mark.parametrize("count", [200, pytest.param(4_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [200, pytest.param(2_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("joints", "soft"),
     [

@@ -161,9 +161,9 @@ def test_the_interval_of_a_pooled_quantile_or_share_covers():
 
 
 @pytest.mark.slow
-def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
-    """The 90 % intervals of 1 000 studies of a small arm cover the values of one large study in 87
-    to 93 %.
+def test_a_nominal_90_percent_covers_86_to_94_in_500_studies(monkeypatch):
+    """The 90 % intervals of 500 studies of a small arm cover the values of one large study in 86
+    to 94 %, three standard deviations of the binomial law to either side.
 
     The figures are mean error, AP and RP, the 50th and 95th percentiles of the error, and the 95th
     percentiles over robots of mean error, AP and RP.
@@ -194,13 +194,13 @@ def test_a_nominal_90_percent_covers_87_to_93_in_1000_studies(monkeypatch):
     for room in (intervals, robot_intervals):
         monkeypatch.setattr(room, "CONFIDENCE", 0.90)
     covered = np.zeros(len(truth))
-    for seed in range(1000):
+    for seed in range(500):
         covered += [
             each.low <= true <= each.high
             for each, true in zip(estimates(64, 128, seed), truth, strict=True)
         ]
-    assert (covered >= 870).all(), covered
-    assert (covered <= 930).all(), covered
+    assert (covered >= 430).all(), covered
+    assert (covered <= 470).all(), covered
 
 
 def test_the_interval_of_a_99th_percentile_ends_at_most_at_the_largest_sample():

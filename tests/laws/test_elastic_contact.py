@@ -324,8 +324,8 @@ def test_random_stages_are_solved_or_marked():
 
 @pytest.mark.slow
 def test_many_random_stages_are_solved_or_marked():
-    """50 000 cases and more, as above; the equations are checked in 2 000."""
-    count, missed, worst = random_cases(2, 100, 150, 6)
-    assert count > 50_000
+    """25 000 cases and more, as above; the equations are checked in 1 000."""
+    count, missed, worst = random_cases(2, 50, 150, 6)
+    assert count > 25_000
     assert missed == 0
     assert worst < 1e-7

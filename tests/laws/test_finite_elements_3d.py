@@ -33,12 +33,14 @@ VALIDATES = (
             "stress as bounds of the stage, and as its limits "
             "when wide and thin; a second term over the width; no lateral contraction"
         ),
-        "0.9 % with one term, 0.2 % with two; 1 %, 3 % of the difference; 0.6 %; 1e-5",
+        "0.9 % with one term, 0.2 % with two; 1 %, 3 % of the difference; 0.6 %; 2e-5",
         "laws/cycloid/finite_elements/elasticity.py laws/cycloid/finite_elements/wheel.py",
     ),
 )
 
 STAGE = Stage(0.05, 0.003, 0.0012, 20)
+# With half as many pins, and so in half the time.
+SMALL = Stage(0.05, 0.003, 0.0024, 10)
 PLANET = ElasticBody("planet", 0.02, 210e9, 0.3)
 
 
@@ -46,12 +48,12 @@ PLANET = ElasticBody("planet", 0.02, 210e9, 0.3)
 def rotation(
     width: float, terms: int, plane: Plane = "strain", holes: Holes | None = None
 ) -> float:
-    """Return the rotation (rad) of the reference stage with a rigid ring under 100 N m on 10 mm of
+    """Return the rotation (rad) of the small stage with a rigid ring under 100 N m on 10 mm of
     width, or the same per width.
     """
     planet = replace(PLANET, plane=plane, holes=holes)
     return float(
-        loaded_stage(STAGE, planet, None, width, np.array([1e4 * width]), terms=terms).rotation[0]
+        loaded_stage(SMALL, planet, None, width, np.array([1e4 * width]), terms=terms).rotation[0]
     )
 
 
@@ -65,14 +67,14 @@ def test_a_disc_of_some_width_lies_between_plane_strain_and_plane_stress():
         (rotation(width, 1) - strain) / (stress - strain) for width in (1e-4, 0.01, 1.0)
     )
     assert 0.97 < thin < 1.0
-    assert medium == pytest.approx(0.558, abs=0.005)
+    assert medium == pytest.approx(0.474, abs=0.005)
     assert 0.0 < wide < 0.01
 
 
 @pytest.mark.slow
 def test_a_second_term_over_the_width_makes_the_stage_half_a_per_cent_softer():
-    """More terms make any body softer; the second one by 0.4 % of the rotation of the reference
-    stage, which is the error of the first alone.
+    """More terms make any body softer; the second one by 0.5 % of the rotation of the stage, which
+    is the error of the first alone.
     """
     assert 1.003 < rotation(0.01, 2) / rotation(0.01, 1) < 1.006
 
@@ -171,8 +173,8 @@ def test_poisson_ratio_zero_leaves_no_difference():
     """Without lateral contraction three dimensions, plane strain and plane stress are the same."""
     disc = replace(PLANET, nu=0.0)
     plane, solid = (
-        float(loaded_stage(STAGE, disc, None, 0.01, np.array([100.0]), terms=n).rotation[0])
+        float(loaded_stage(SMALL, disc, None, 0.01, np.array([100.0]), terms=n).rotation[0])
         for n in (0, 1)
     )
     # NGSolve integrates curved elements of the two spaces by different rules
-    assert solid == pytest.approx(plane, rel=1e-5)
+    assert solid == pytest.approx(plane, rel=2e-5)

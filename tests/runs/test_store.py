@@ -255,9 +255,9 @@ def test_two_runs_that_start_in_one_new_folder_never_mix(arm, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
-def test_forty_concurrent_starts_never_mix(arm, tmp_path):
-    """The same for forty starts."""
-    started_together(arm, tmp_path, 40)
+def test_twenty_concurrent_starts_never_mix(arm, tmp_path):
+    """The same for twenty starts."""
+    started_together(arm, tmp_path, 20)
 
 
 def test_a_run_whose_folder_became_another_ones_is_not_carried_out(small, tmp_path):
@@ -568,9 +568,9 @@ def test_a_killed_run_goes_on_to_the_same_bytes(arm, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
-def test_a_run_killed_twenty_times_goes_on_to_the_same_bytes(arm, tmp_path):
-    """The same for twenty kills."""
-    compared(arm, tmp_path, 20)
+def test_a_run_killed_ten_times_goes_on_to_the_same_bytes(arm, tmp_path):
+    """The same for ten kills."""
+    compared(arm, tmp_path, 10)
 
 
 @pytest.mark.slow

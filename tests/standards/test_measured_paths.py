@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import polygamma
 
 import lostmotion
+from lostmotion.error_model import worst_plane
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.visit_intervals import (
     scatter_interval,
@@ -36,14 +37,14 @@ VALIDATES = (
         "AT, RT of measured paths",
         (
             "offset and scatter in closed form; plain loops by the definitions; rotated "
-            "frames; a predicted robot written as CSV and read; 2 "
-            "110 synthetic tests, with single bad planes and half paths; 64 kinds in "
+            "frames; a predicted robot written as CSV and read; 1 "
+            "450 synthetic tests, with single bad planes and half paths; 64 kinds in "
             "`benchmarks/path_intervals.py`"
         ),
         (
-            "1e-9; 1e-9; 1e-9; 0.2 % and 2 %; 90 % intervals cover 85 to 97 % (AT_a 86 to 96 "
+            "1e-9; 1e-9; 1e-9; 0.2 % and 2 %; 90 % intervals cover 84 to 98 % (AT_a 85 to 97 "
             "%), of single bad planes at least 70 to 82 %, of "
-            "half paths 80 to 95 %"
+            "half paths 79 to 96 %"
         ),
         "tests/standards/test_measured_robot.py",
     ),
@@ -331,7 +332,16 @@ def test_planes_and_definitions_by_hand():
     ).tolist() == [[15], [25]]
 
 
+@pytest.fixture
+def half_as_many_steps(monkeypatch):
+    """Find the limits of intervals to a part in two thousand, as far as the simulated tests resolve
+    them, not to one in ten million.
+    """
+    monkeypatch.setattr(worst_plane, "_BISECTIONS", 12)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("half_as_many_steps")
 @pytest.mark.parametrize(
     ("alike", "uneven", "everywhere"),
     [
@@ -344,7 +354,7 @@ def test_planes_and_definitions_by_hand():
 )
 def test_intervals_of_paths_cover(alike, uneven, everywhere):
     """For synthetic tests of ten cycles, 90 % intervals of AT_p and RT_p cover the value for many
-    cycles in 85 to 97 % of 150.
+    cycles in 84 to 98 % of 100.
 
     Errors of the planes are independent, correlated between neighbours, or common to all; of equal
     scatter, or larger in one place; the path's offset is largest at its end, or constant. 1 000
@@ -359,7 +369,7 @@ def test_intervals_of_paths_cover(alike, uneven, everywhere):
     )
     limit = 3.21872 * size.max()
     hits = np.zeros(2)
-    for _ in range(150):
+    for _ in range(100):
         errors = (
             np.einsum("pq,qni->pni", root, rng.standard_normal((20, 10, 3)) * [1, 1, 0])
             * size[:, None, None]
@@ -370,56 +380,59 @@ def test_intervals_of_paths_cover(alike, uneven, everywhere):
             each.low <= truth <= each.high
             for each, truth in zip(intervals, (3.0, limit), strict=True)
         ]
-    assert ((hits / 150 >= 0.85) & (hits / 150 <= 0.97)).all(), hits / 150
+    assert ((hits >= 84) & (hits <= 98)).all(), hits
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("half_as_many_steps")
 @pytest.mark.parametrize("everywhere", [False, True])
 def test_intervals_of_one_part_cover_where_one_place_scatters_more(everywhere):
     """The noisiest plane is often the longest without a larger offset: AT_a's 90 % intervals cover
-    in 86 to 96 % of 300 tests of ten cycles.
+    in 85 to 97 % of 200 tests of ten cycles.
     """
     rng, planes = np.random.default_rng(6), np.linspace(0, 1, 20)
     size = 1 + 1.5 * np.exp(-(((planes - 0.3) / 0.2) ** 2))
     off = np.full(20, 3.0) if everywhere else 1 + 2 * planes
     held = []
-    for _ in range(300):
+    for _ in range(200):
         found = largest_mean(
             rng.standard_normal((20, 10, 1)) * size[:, None, None] + off[:, None, None], 0.9
         )
         held.append(found.low <= 3.0 <= found.high)
-    assert 0.86 <= np.mean(held) <= 0.96
+    assert 0.85 <= np.mean(held) <= 0.97
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("half_as_many_steps")
 @pytest.mark.parametrize(
     ("cycles", "parts", "least"), [(10, 1, 0.70), (10, 2, 0.82), (30, 1, 0.82)]
 )
 def test_a_single_plane_that_scatters_more_is_not_taken_for_chance(cycles, parts, least):
-    """One plane of twenty has 2.5 times the scatter: RT's 90 % intervals cover it in most of 120
+    """One plane of twenty has 2.5 times the scatter: RT's 90 % intervals cover it in most of 90
     tests, least for ten cycles and one component.
     """
     rng, size = np.random.default_rng(9), np.where(np.arange(20) == 6, 2.5, 1.0)
     truth, held = {1: 3.0, 2: 3.21872}[parts] * 2.5, []
-    for _ in range(120):
+    for _ in range(90):
         found = largest_scatter(rng.standard_normal((20, cycles, parts)) * size[:, None, None], 0.9)
         held.append(found.low <= truth <= found.high)
-    assert least <= np.mean(held) <= 0.97
+    assert least <= np.mean(held) <= 0.98
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("half_as_many_steps")
 @pytest.mark.parametrize("parts", [1, 2])
 def test_half_a_path_with_the_same_offset_is_not_taken_to_differ(parts):
     """Ten planes of twenty have an offset of 3, ten of 1: AT's 90 % intervals cover the 3 in 80 to
-    95 % of 200 tests of ten cycles.
+    96 % of 140 tests of ten cycles.
     """
     rng, held = np.random.default_rng(10), []
-    for _ in range(200):
+    for _ in range(140):
         errors = rng.standard_normal((20, 10, parts))
         errors[:, :, 0] += np.where(np.arange(20) < 10, 3.0, 1.0)[:, None]
         found = largest_mean(errors, 0.9)
         held.append(found.low <= 3.0 <= found.high)
-    assert 0.80 <= np.mean(held) <= 0.95
+    assert 0.79 <= np.mean(held) <= 0.96
 
 
 @pytest.mark.parametrize("count", [10, 30])

@@ -41,10 +41,10 @@ VALIDATES = (
     (
         "measured ISO 9283 sheet",
         (
-            "1 000 synthetic tests; a UR5 by a laser tracker (mean 2.635, s 0.375, 95th "
+            "500 synthetic tests; a UR5 by a laser tracker (mean 2.635, s 0.375, 95th "
             "percentile 3.394, largest 4.409 mm); SciPy's best-fit rotation"
         ),
-        "90 % intervals cover 87 to 93 %; 0.6 µm; 1e-9",
+        "90 % intervals cover 86 to 94 %; 0.6 µm; 1e-9",
         "tests/io/test_measured.py",
     ),
 )
@@ -181,8 +181,8 @@ def test_one_outlying_visit_is_named_and_counted():
 @pytest.mark.slow
 @pytest.mark.parametrize("scale", [(1.0, 0.7, 0.4), (1.0, 0.3, 0.1)])
 def test_intervals_cover(scale):
-    """Over 1 000 synthetic sets of 30 normal visits, 90 % intervals of AP_p, RP_l, AP_x and RP_a
-    cover the true values in 87 to 93 %.
+    """Over 500 synthetic sets of 30 normal visits, 90 % intervals of AP_p, RP_l, AP_x and RP_a
+    cover the true values in 86 to 94 %.
     """
     rng = np.random.default_rng(8)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] * np.array(scale)
@@ -195,7 +195,7 @@ def test_intervals_cover(scale):
         3 * np.sqrt(covariance[0, 0]),
     )
     hits = np.zeros(4)
-    for _ in range(1000):
+    for _ in range(500):
         errors = rng.normal(size=(30, 3)) @ turn.T + off
         found = (
             accuracy_interval(errors, 0.9),
@@ -204,8 +204,8 @@ def test_intervals_cover(scale):
             scatter_interval(errors[:, 0], 0.9),
         )
         hits += [each.low <= value <= each.high for each, value in zip(found, truth, strict=True)]
-    assert (hits >= 870).all(), hits
-    assert (hits <= 930).all(), hits
+    assert (hits >= 430).all(), hits
+    assert (hits <= 470).all(), hits
 
 
 def test_a_vanishing_bias_is_not_excluded():

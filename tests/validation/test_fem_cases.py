@@ -29,7 +29,7 @@ VALIDATES = (
         (
             "finite elements of one stage, of three discs with their exact flank, and of ten "
             "stages of random shape; SciPy with every approach "
-            "as unknown; 50 000 random cases, a third each solid, with holes for pins and for "
+            "as unknown; 25 000 random cases, a third each solid, with holes for pins and for "
             "cranks: none fails, and the equations hold; the "
             "solver for rigid bodies"
         ),
