@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -116,6 +117,11 @@ def answer(
     is sampled more densely by the same law of poses (Sobol where they were given).
     """
     robots, visits = sampled.robots, sampled.visits
+    law = poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol"
+    # beside the rest, which needs nothing of it
+    beside = ThreadPoolExecutor(1)
+    space = beside.submit(workspace, arm, law, seed=seed)
+    beside.shutdown(wait=False)
     torques, worst = holding_torques(arm, poses.q)
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
     gains = halving(
@@ -147,11 +153,6 @@ def answer(
         threads=threads,
         progress=progress,
     )
-    if progress is not None:
-        progress("exploring the workspace", 0, 1)
-    space = workspace(
-        arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed
-    )
     tool = tool_points(arm, poses.q)
     return Answer(
         arm,
@@ -163,7 +164,7 @@ def answer(
         torques,
         worst,
         bent,
-        space,
+        space.result(),
         gains,
         remedies,
         blame,
