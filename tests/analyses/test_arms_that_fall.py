@@ -97,15 +97,15 @@ def test_statics_states_where_it_falls():
 @pytest.mark.parametrize("more", [{"method": "analytic"}, {"robots": 8, "visits": 2}])
 def test_a_study_states_where_it_falls(more):
     """With and without sampling, over the poses where the arm stands."""
-    found = lostmotion.study(two(0.5), 96, **more)
-    assert len(found.poses) < 96
+    found = lostmotion.study(two(0.5), 128, **more)
+    assert len(found.poses) < 128
     assert begins_with_its_falls(found.sheet)
 
 
 @pytest.mark.slow
 def test_a_comparison_and_a_target_state_where_an_arm_falls():
     """The headline begins with the poses of the arm that falls, by its name among several."""
-    counts = {"poses": 32, "robots": 20, "visits": 2}
+    counts = {"poses": 64, "robots": 20, "visits": 2}
     found = lostmotion.target(two(0.5), error="1 m", **counts).sheet
     assert begins_with_its_falls(found)
     found = lostmotion.compare(two(50.0), two(0.5), **counts).sheet

@@ -306,7 +306,7 @@ def found_z():
     arm = read(EXAMPLES / "z-arm.toml")
     return {
         target: targets(
-            arm, sample_poses(arm, 128), "error", target, robots=128, visits=4, threads=2
+            arm, sample_poses(arm, 256), "error", target, robots=256, visits=4, threads=2
         )
         for target in (1.4e-3, 1.15e-3)
     }
