@@ -170,7 +170,7 @@ def test_comparisons_targets_and_maps_exclude_poses_without_a_figure(tmp_path):
     found = lostmotion.target(vague, error="20 mm", poses=512, robots=20, visits=2)
     assert 0 < len(found.poses) < len(sampled)
     assert trusted(vague, found.poses.q).all()
-    shown = lostmotion.map(vague, poses=256, cell="30 mm")
+    shown = lostmotion.map(vague, poses=256, cell="60 mm")
     assert trusted(vague, shown.reached.q).all()
     for answer in (compared, found, shown):
         notes = " ".join(answer.sheet.notes)
