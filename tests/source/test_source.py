@@ -5,6 +5,7 @@ names, short files, nothing unused.
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,12 +42,22 @@ CLOSED = {
     "reporting/arm_picture.py": "marks of passive joints and closures",
 }
 
+# Each file is read by most of the rules.
+parsed = functools.cache(ast.parse)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forgotten():
+    """Free the syntax trees, some hundred megabytes, after the last rule."""
+    yield
+    parsed.cache_clear()
+
 
 def kinds_asked(text: str) -> list[str]:
     """Return each question for a kind of part: a class of `lostmotion.parts` in isinstance or
     issubclass, or a function that does the same.
     """
-    tree = ast.parse(text)
+    tree = parsed(text)
     parts = {
         name.asname or name.name
         for node in ast.walk(tree)
@@ -143,7 +154,7 @@ def test_no_name_of_a_term_or_cause_is_read_by_a_pattern():
                 "live_view/",
             )
         )
-        and "re" in _imported(ast.parse(path.read_text("utf-8")))
+        and "re" in _imported(parsed(path.read_text("utf-8")))
     }
     assert using == set(PATTERNS)
 
@@ -184,7 +195,7 @@ def test_no_two_classes_have_the_same_name():
     classes = [
         node.name
         for path in FILES.values()
-        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        for node in ast.walk(parsed(path.read_text("utf-8")))
         if isinstance(node, ast.ClassDef)
     ]
     assert {name for name in classes if classes.count(name) > 1} == set()
@@ -222,9 +233,9 @@ def classes_by_parameter(trees: Iterable[ast.AST]) -> dict[str, set[str]]:
 
 def test_a_parameter_is_named_by_what_it_is():
     """A name of parameters that stands for more than five classes says nothing of what is meant."""
-    one = ast.parse("def f(found: Cell | None, n: int): ...\ndef g(found: Sequence[Row]): ...")
+    one = parsed("def f(found: Cell | None, n: int): ...\ndef g(found: Sequence[Row]): ...")
     assert classes_by_parameter([one]) == {"found": {"Cell", "Row"}, "n": set()}
-    classes = classes_by_parameter(ast.parse(path.read_text("utf-8")) for path in FILES.values())
+    classes = classes_by_parameter(parsed(path.read_text("utf-8")) for path in FILES.values())
     many = {name: sorted(each) for name, each in classes.items() if len(each) > 5}
     assert {name: each for name, each in many.items() if name not in OF_MANY_CLASSES} == {}
     assert set(OF_MANY_CLASSES) <= set(many)
@@ -302,7 +313,7 @@ def test_the_source_uses_what_it_defines():
         ".".join(["lostmotion", *Path(name).with_suffix("").parts]).removesuffix(".__init__"): path
         for name, path in FILES.items()
     }
-    trees = {name: ast.parse(path.read_text("utf-8")) for name, path in modules.items()}
+    trees = {name: parsed(path.read_text("utf-8")) for name, path in modules.items()}
     public = {f"{home}.{name}" for name, home in lostmotion.HOMES.items()}
     assert unused(trees) - public == set(CALLED_BY_NAME)
 
@@ -311,18 +322,18 @@ def test_what_nothing_uses_would_be_found():
     """A function that only calls itself is unused; one that another module imports, and a class
     named in a quoted annotation, are not.
     """
-    one = ast.parse(
+    one = parsed(
         "def alone(n): return alone(n - 1)\ndef shared(): ...\nclass Kind: ...\ndef _own(x: "
         "'list[Kind]'): ...\nLIMIT = _own"
     )
-    assert unused({"a": one, "b": ast.parse("from a import LIMIT, shared")}) == {"a.alone"}
+    assert unused({"a": one, "b": parsed("from a import LIMIT, shared")}) == {"a.alone"}
 
 
 def closed_asked(text: str) -> bool:
     """Return whether a source reads the closures of an arm or of its tree."""
     return any(
         isinstance(node, ast.Attribute) and node.attr in {"closures", "welds"}
-        for node in ast.walk(ast.parse(text))
+        for node in ast.walk(parsed(text))
     )
 
 

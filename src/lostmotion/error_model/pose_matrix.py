@@ -321,23 +321,23 @@ class Columns:
         )
 
     def local(
-        self, state: State, last_motion: Floats, closed: Floats, known: Floats | None = None
+        self, state: State, last_motion: Floats, closed: Floats, *, loads_alone: bool = False
     ) -> Floats:
         """Return the screw of each column at its place per unit draw (6, column, pose), rad and m,
         and write the shares of closed plays (row, pose) to `closed`.
 
         last_motion  sign of each joint's last motion, one for all or (pose, joint)
-        known        the screws at these poses under other loads, whose shares of closed plays stay:
-                     only columns that depend on loads are computed
+        loads_alone  compute only columns that depend on loads, with the shares in `closed` as they
+                     are; the others (`fixed`) have no value
         """
         conditions = state.conditions()
-        done: set[int] = set(range(self._rows)) if known is not None else set()
+        done: set[int] = set(range(self._rows)) if loads_alone else set()
         # The pose is the innermost axis in memory, since every loop below runs along it.
-        local = np.empty((6, len(self.infos), len(state))) if known is None else known.copy()
+        local = np.empty((6, len(self.infos), len(state)))
         for family in self._families:
             of, row = family.of, family.row
             form = of.term.form
-            if known is not None and LOADS.isdisjoint(form.reads):
+            if loads_alone and LOADS.isdisjoint(form.reads):
                 continue
             condition = conditions(of)
             if row is not None and form.threshold is not None and row not in done:

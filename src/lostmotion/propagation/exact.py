@@ -130,23 +130,26 @@ class _DrawnRobots:
 
     def __init__(self, matrix: PoseMatrix, sample: NDArray[np.int64], draws: Floats) -> None:
         """Take the row of the matrix of each sample, and its draws (column, sample)."""
-        self._matrix, self._draws = matrix.rows(sample), draws
+        self._place, self._draws = matrix.place, draws
         self._columns = columns = matrix.columns_of
-        self._mean = DesignDeflection(self._matrix.state)
+        self._closed, last_motion = matrix.closed[:, sample], matrix.last_motion
+        self._last_motion = last_motion[sample] if last_motion.ndim else last_motion
+        self._mean = DesignDeflection(matrix.state.rows(sample))
         self.freedoms, self.tangent = self._mean.freedoms, self._mean.tangent
         self._fixed = np.zeros((len(matrix.state.frames), len(sample), 6))
-        self._sum(columns.fixed, self._matrix.local.transpose(1, 2, 0), draws, self._fixed)
+        local = np.ascontiguousarray(matrix.local.transpose(1, 2, 0)[:, :, sample])
+        self._sum(columns.fixed, local, draws, self._fixed)
 
     def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the twists of the parts (place, sample, 6), rad and m: without those within plays,
         and of those. Plays stay open or closed as at the mean of all robots.
         """
-        matrix, columns = self._matrix.rows(rows), self._columns
+        columns, last_motion = self._columns, self._last_motion
         local = columns.local(
             self._mean.within(frames, rows),
-            matrix.last_motion,
-            matrix.closed.copy(),
-            matrix.local.transpose(1, 2, 0),
+            last_motion[rows] if last_motion.ndim else last_motion,
+            self._closed[:, rows],
+            loads_alone=True,
         )
         smooth, in_play = self._fixed[:, rows], np.zeros((len(frames), len(rows), 6))
         self._sum(~columns.fixed & ~columns.jumps, local, self._draws[:, rows], smooth)
@@ -156,7 +159,7 @@ class _DrawnRobots:
     def _sum(self, of: NDArray[np.bool_], local: Floats, draws: Floats, out: Floats) -> None:
         """Add the twists of these columns to `out` (place, sample, 6)."""
         for k in np.flatnonzero(of):
-            out[self._matrix.place[k]] += (local[:, k] * draws[k]).T
+            out[self._place[k]] += (local[:, k] * draws[k]).T
 
 
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
