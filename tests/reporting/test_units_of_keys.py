@@ -15,7 +15,6 @@ ARMS = sorted(
     # the other half of ur5e.urdf; the keys of z-arm.toml and arm-from-drawings.toml
     if path.name not in {"ur5e.toml", "z-arm-drawn.toml"}
 )
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
 SI = {si for si, _ in UNITS.values()}
 
 

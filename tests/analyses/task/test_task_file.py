@@ -253,7 +253,7 @@ def test_the_examples_answer(name):
     to one.
     """
     found = lostmotion.task(
-        TASKS.parent / "six-axis.toml", TASKS / f"{name}.toml", robots=40, runs=2
+        TASKS.parent / "six-axis.toml", TASKS / f"{name}.toml", robots=100, runs=3
     )
     assert 0 <= found.success.low <= found.success.value <= found.success.high <= 1
     assert sum(found.parts.values()) == pytest.approx(1)
