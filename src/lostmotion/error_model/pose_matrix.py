@@ -81,7 +81,7 @@ class PoseMatrix(ToolScrews):
             local=self.local[rows],
             closed=self.closed[:, rows],
             state=self.state.rows(rows),
-            last_motion=self.last_motion[rows] if self.last_motion.ndim else self.last_motion,
+            last_motion=last_motion_at(self.last_motion, rows),
         )
 
     def scaled(self, factors: Floats) -> PoseMatrix:
@@ -157,6 +157,13 @@ class PoseMatrix(ToolScrews):
         scaled by its factor (column,).
         """
         return np.asarray(self.scaled(factors).merged.squares.sum(axis=0))
+
+
+def last_motion_at(last_motion: Floats, rows: slice | NDArray[np.int64]) -> Floats:
+    """Return the signs of the joints' last motions at the poses in these rows, of one for all or of
+    (pose, joint).
+    """
+    return last_motion[rows] if last_motion.ndim else last_motion
 
 
 def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:

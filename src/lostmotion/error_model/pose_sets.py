@@ -30,24 +30,33 @@ def blocks_of_sets(count: int, sets: int, most: int) -> list[slice]:
     ]
 
 
+def together(spans: Sequence[tuple[int, int]], most: int) -> list[list[tuple[int, int]]]:
+    """Return spans of poses (first, last, exclusive), which follow one another, in groups of at
+    most `most` poses; a longer one is alone.
+    """
+    out: list[list[tuple[int, int]]] = []
+    for span in spans:
+        if out and span[1] - out[-1][0][0] <= most:
+            out[-1].append(span)
+        else:
+            out.append([span])
+    return out
+
+
 def matrices_of(
     blocks: Sequence[slice], matrix_at: Callable[[slice], PoseMatrix]
 ) -> Iterator[PoseMatrix]:
     """Yield the pose matrix of each block of poses, which follow one another; `matrix_at` returns
     that of any poses. A pose has the same bits in any of them.
     """
-    done = 0
-    while done < len(blocks):
-        start, end = blocks[done].start, done + 1
-        while end < len(blocks) and blocks[end].stop - start <= BLOCK:
-            end += 1
-        here, done = blocks[done:end], end
-        matrix = matrix_at(slice(start, here[-1].stop))
+    for here in together([(block.start, block.stop) for block in blocks], BLOCK):
+        start = here[0][0]
+        matrix = matrix_at(slice(start, here[-1][1]))
         if len(here) == 1:
             yield matrix
             continue
-        for block in here:
-            yield matrix.stretch(block.start - start, block.stop - start)
+        for first, last in here:
+            yield matrix.stretch(first - start, last - start)
 
 
 def matrices_of_sets(

@@ -14,6 +14,7 @@ import numpy as np
 from lostmotion.error_model.calibrated import correlated_draws
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_draws
+from lostmotion.error_model.pose_matrix import last_motion_at
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.state import DesignDeflection
 
@@ -132,8 +133,8 @@ class _DrawnRobots:
         """Take the row of the matrix of each sample, and its draws (column, sample)."""
         self._place, self._draws = matrix.place, draws
         self._columns = columns = matrix.columns_of
-        self._closed, last_motion = matrix.closed[:, sample], matrix.last_motion
-        self._last_motion = last_motion[sample] if last_motion.ndim else last_motion
+        self._closed = matrix.closed[:, sample]
+        self._last_motion = last_motion_at(matrix.last_motion, sample)
         self._mean = DesignDeflection(matrix.state.rows(sample))
         self.freedoms, self.tangent = self._mean.freedoms, self._mean.tangent
         self._fixed = np.zeros((len(matrix.state.frames), len(sample), 6))
@@ -144,10 +145,10 @@ class _DrawnRobots:
         """Return the twists of the parts (place, sample, 6), rad and m: without those within plays,
         and of those. Plays stay open or closed as at the mean of all robots.
         """
-        columns, last_motion = self._columns, self._last_motion
+        columns = self._columns
         local = columns.local(
             self._mean.within(frames, rows),
-            last_motion[rows] if last_motion.ndim else last_motion,
+            last_motion_at(self._last_motion, rows),
             self._closed[:, rows],
             loads_alone=True,
         )

@@ -85,7 +85,7 @@ class LabelledArrays(NamedTuple):
                 axes = (*axes, f"string{coded.dtype.itemsize}")
                 values = coded.view("S1").reshape(len(coded), -1)
                 attributes["_Encoding"] = "utf-8"
-            yield name, axes, values if values.dtype.kind == "S" else _encoded(values), attributes
+            yield name, axes, _encoded(values), attributes
 
 
 def axes_of(axes: str | tuple[str, ...]) -> tuple[str, ...]:
@@ -94,8 +94,8 @@ def axes_of(axes: str | tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _encoded(value: Any) -> Any:  # noqa: ANN401 - a text or a number
-    """Return a text in UTF-8, or numbers of at most 32 bits where they are whole: NetCDF 3 has no
-    others. Raises ValueError where these do not hold them.
+    """Return a text in UTF-8, whole numbers in 32 bits, since NetCDF 3 has no longer ones, and
+    anything else as it is. Raises ValueError where 32 bits do not hold them.
     """
     if isinstance(value, str):
         return value.encode()

@@ -19,6 +19,7 @@ from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
+from lostmotion.error_model.pose_sets import together
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import BLOCK as MATRIX_BLOCK
 from lostmotion.propagation import exact
@@ -36,7 +37,8 @@ BLOCK: Final = 1280
 # A block stores AP and RP of every robot at each of its poses. With many robots it has fewer poses,
 # so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
-# Small blocks share one pose matrix, up to this number of samples.
+# Small blocks share one pose matrix, of as many poses as other figures ask for at a time, which so
+# find it kept, up to this number of samples: each matrix is the work of one thread.
 _FEW_SAMPLES: Final = 16_000_000
 # Number of poses of the check by exact composition, evenly spaced over the study.
 _CHECKED_POSES: Final = 12
@@ -211,7 +213,8 @@ def _empty(plan: BlockPlan) -> dict[str, np.ndarray]:
 
 def _batches(plan: BlockPlan, threads: int, tile: int, compared: int) -> Iterator[_Batch]:
     """Yield the batches in order, computed on these threads; only a bounded number is in memory."""
-    batches = _grouped(plan, _spans(plan))
+    most = max(min(MATRIX_BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
+    batches = together(_spans(plan), most)
     if threads == 1:
         yield from (_batch(plan, spans, compared) for spans in batches)
         return
@@ -239,18 +242,6 @@ def _spans(plan: BlockPlan) -> list[tuple[int, int]]:
     parts = math.ceil(each / max(min(BLOCK, pairs // plan.robots), 1))
     ends = [each * k // parts for k in range(parts + 1)]
     return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
-
-
-def _grouped(plan: BlockPlan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Return the blocks in batches of small neighbouring ones."""
-    most = max(min(MATRIX_BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
-    out: list[list[tuple[int, int]]] = []
-    for span in spans:
-        if out and span[1] - out[-1][0][0] <= most:
-            out[-1].append(span)
-        else:
-            out.append([span])
-    return out
 
 
 def _batch(plan: BlockPlan, spans: list[tuple[int, int]], compared: int) -> _Batch:
