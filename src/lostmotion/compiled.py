@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
+import numpy as np
 from numba import njit
 
 from lostmotion.compile_cache import KernelCache, base_folder
@@ -50,3 +51,14 @@ fused = compiled_with(fastmath={"contract"})
 # itself, and within the kernel. Which of them runs would depend on whether the kernel comes from
 # the cache.
 fused_part = compiled_with(fastmath={"contract"}, forceinline=True)
+
+
+def read_only(*arguments: Any) -> list[Any]:  # noqa: ANN401 - whatever a kernel takes
+    """Return arguments of a kernel, arrays as views that cannot be written to: Numba compiles a
+    kernel again for each combination of arrays of the two kinds.
+    """
+    given = [each.view() if isinstance(each, np.ndarray) else each for each in arguments]
+    for each in given:
+        if isinstance(each, np.ndarray):
+            each.flags.writeable = False
+    return given

@@ -206,6 +206,7 @@ def _equilibrium(
     """Return the force of every contact (N) under a torque (N m) with a rigid eccentric. Raises
     DidNotConvergeError.
     """
+    from lostmotion.compiled import read_only
     from lostmotion.laws.cycloid import contact_kernel as kernel
     from lostmotion.laws.cycloid import elastic_kernel
 
@@ -213,27 +214,21 @@ def _equilibrium(
     out, forces = np.empty((1, kernel.COLUMNS)), np.empty((1, count))
     one = np.ones((1, count))
     both = np.ascontiguousarray(np.broadcast_to(moved, (2, 1, count, count)))
-    contacts = (
+    given = read_only(
+        kernel.LOGARITHMIC,
+        lever,
+        0.0,
+        np.array([torque]),
         0 * one,
         arm[None] / lever,
         soft * one,
         scale[None],
         np.inf * one,
         np.zeros((1, 1, count)),
-    )
-    elastic_kernel.solve_cases(
-        0,
-        1,
-        kernel.LOGARITHMIC,
-        lever,
-        0.0,
-        np.array([torque]),
-        *contacts,
         np.array([np.inf]),
         both,
-        out,
-        forces,
     )
+    elastic_kernel.solve_cases(0, 1, *given, out, forces)
     if not np.isfinite(out[0, kernel.ROTATION]):
         raise DidNotConvergeError(
             "no equilibrium of the contacts of both branches was found under the reference load"

@@ -168,6 +168,7 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     rounding. Raises ValueError for shapes that do not match, values that are not finite, or
     supports that are not positive.
     """
+    from lostmotion.compiled import read_only
     from lostmotion.laws.cycloid import contact_kernel as kernel
     from lostmotion.laws.cycloid import elastic_kernel
 
@@ -207,7 +208,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     arm = arms(stage, theta) / stage.planet_pitch_radius
     thrust = 0.0 if math.isinf(supports.pin_circle) else 4 / (math.pi * supports.pin_circle)
     stiffness = np.ascontiguousarray(np.broadcast_to(bearing, draws))
-    given = (
+    flexible = () if bodies is None else (_checked(bodies, len(crank), stage.pins),)
+    given = read_only(
         law,
         stage.planet_pitch_radius,
         thrust,
@@ -219,14 +221,12 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
         largest,
         gap,
         stiffness,
+        *flexible,
     )
-    flexible = None if bodies is None else _checked(bodies, len(crank), stage.pins)
+    solved = elastic_kernel.solve_cases if flexible else kernel.solve_cases
 
     def solve(first: int, last: int) -> None:
-        if flexible is None:
-            kernel.solve_cases(first, last, *given, out, forces)
-        else:
-            elastic_kernel.solve_cases(first, last, *given, flexible, out, forces)
+        solved(first, last, *given, out, forces)
 
     blocks = min(4 * threads, cases // _LEAST_BLOCK) if threads > 1 else 0
     if blocks > 1:
