@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _CAUSE: Final = "wind-up"
-# Poses in each set of a study by default, whose states are kept.
-_BLOCK: Final = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +44,7 @@ def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
     ]
     nominal = [(joint, of) for joint, of in elastic if of.term.level == "design"]
     found = {joint: np.zeros(len(values)) for joint, _ in nominal}
-    for here, some in blocks_of(values, _BLOCK):
+    for here, some in blocks_of(values):
         conditions = settled_at(arm, some).conditions()
         for joint, of in nominal:
             found[joint][here] += arm.driven[joint].twist @ (

@@ -351,7 +351,8 @@ def dots(on: Axes, x: Floats, y: Floats, colour: str, name: str, size: float = 2
     vertices[1::2, 0] += 1e-9 * max(float(np.abs(vertices).max(initial=0.0)), 1e-9)
     path = Path(vertices, [int(Path.MOVETO), int(Path.LINETO)] * len(x))
     path.should_simplify = False
-    on.add_patch(
+    # not `add_patch`, which searches each piece for its extremes
+    on.add_artist(
         PathPatch(path, facecolor="none", edgecolor=colour, linewidth=size, capstyle="round")
     )
     on.plot(

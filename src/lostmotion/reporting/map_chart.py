@@ -73,7 +73,7 @@ def cells(
                 ]
                 codes += [int(Path.MOVETO), *3 * [int(Path.LINETO)], int(Path.CLOSEPOLY)]
         if points:
-            on.add_patch(
+            on.add_artist(  # not `add_patch`, which searches each piece for its extremes
                 PathPatch(
                     Path(np.array(points), codes), facecolor=colour, linewidth=0, antialiased=False
                 )
