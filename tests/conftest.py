@@ -1,5 +1,6 @@
 """Arms that the study's tests share."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -12,6 +13,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from lostmotion import Arm, Study, study
 from lostmotion.parts.gearbox.cycloidal import examined, model
 from tests.arms import arm_of
+
+
+def pytest_collection_finish() -> None:
+    """Search what lives to the end of the suite for cycles once, not again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(100_000, 10, 10)
 
 
 @pytest.fixture(scope="session")
