@@ -73,6 +73,29 @@ def test_attributes_and_tables_are_the_same_figures(study):
     assert " mm (" in repr(study.p95) or " µm (" in repr(study.p95)
 
 
+def test_a_bound_says_so_wherever_it_is_read(study, z_arm_study):
+    """Of arms that lack kinds of error, the scatter of friction alone, and nothing: in Python and
+    in the frame as in result.json; the levels of chance have no sign there either.
+    """
+    turning = {"ratio": 50, "backlash": "2 arcmin ± 1 arcmin"}
+    joint = {"name": "A", "limits": ["-60 deg", "60 deg"], "gearbox": turning}
+    tool = {"frame": {"xyz": ["300 mm", "0 mm", "0 mm"]}}
+    part = lostmotion.read({"name": "part", "joints": [joint | {"type": "revolute"}], "tool": tool})
+    lacking = lostmotion.study(part, 16, robots=16, visits=2)
+    for of, error, repeats in (
+        (lacking, "lower", "lower"),
+        (z_arm_study, "", "lower"),
+        (study, "", ""),
+    ):
+        assert (of.p95.bound, of.rp.bound) == (error, repeats)
+        said, frame = of.result()["figures"], of.frame()
+        for key, figure in figures_of(of.errors).items():
+            assert frame.bound[key] == of.figures[key].bound
+            if figure.group != "levels":
+                assert of.figures[key].bound == said[figure.group][key].get("bound", ""), key
+    assert repr(z_arm_study.rp).startswith("≥ ")
+
+
 def test_an_unknown_figure_is_refused_with_the_nearest(study):
     """A slip of the key is named, and no attribute appears from nowhere."""
     with pytest.raises(AttributeError, match="did you mean 'p95'"):

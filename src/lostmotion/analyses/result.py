@@ -182,7 +182,7 @@ class Result:
 
     def frame(self) -> pd.DataFrame:
         """Return the same as a table: one row for each key, with name, value, ends of the 95 %
-        interval and SI unit.
+        interval, SI unit, and whether it is a lower or an upper bound.
         """
         from lostmotion.reporting.layout import estimates_by_key
 
@@ -222,8 +222,8 @@ def frame_of(figures: Iterable[tuple[str, str, Estimate, str]]) -> pd.DataFrame:
     import pandas as pd
 
     rows = [
-        (key, name, found.value, found.low, found.high, found.unit, definition)
+        (key, name, found.value, found.low, found.high, found.unit, found.bound, definition)
         for key, name, found, definition in figures
     ]
-    columns = ["key", "name", "value", "low", "high", "unit", "definition"]
+    columns = ["key", "name", "value", "low", "high", "unit", "bound", "definition"]
     return pd.DataFrame(rows, columns=columns).set_index("key")

@@ -14,6 +14,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 ISO_CYCLE: Final = "ISO cycle"
@@ -76,3 +77,16 @@ def last_motion(
     rows = np.where(np.isnan(signs), 0, np.arange(len(q))[:, None])
     since = np.maximum.accumulate(rows, axis=0)
     return np.take_along_axis(signs, since, axis=0), since
+
+
+def undescribed_scatter(arm: Arm) -> tuple[str, ...]:
+    """Return the names of the moving joints that describe neither a dead band nor a scatter of
+    friction, from which one-sided RP comes.
+    """
+    return tuple(joint.name for joint in arm.driven if not _describes_scatter(joint))
+
+
+def _describes_scatter(joint: object) -> bool:
+    servo, gearbox, lumped = (getattr(joint, name, None) for name in ("servo", "gearbox", "lumped"))
+    scatters = gearbox is not None and "hysteresis_scatter" in gearbox.model_fields_set
+    return scatters or lumped is not None or (servo is not None and servo.dead_band is not None)

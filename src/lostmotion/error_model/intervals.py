@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -43,19 +43,24 @@ _edges = functools.cache(bin_edges)
 class Estimate:
     """A value and the ends of its 95 % confidence interval in SI; NaN ends where the sample cannot
     determine them (one robot, for example). `unit` is the SI unit where it is known.
+
+    bound  the true value is no smaller ("lower"), or no larger ("upper"), because of what nobody
+           stated
     """
 
     value: float
     low: float
     high: float
     unit: str = field(default="", compare=False, kw_only=True)
+    bound: Literal["", "upper", "lower"] = field(default="", compare=False, kw_only=True)
 
     def __repr__(self) -> str:
-        """Return the value with its unit and interval as people read them; without a known unit the
-        bare numbers.
+        """Return the value with its unit and interval as people read them, a bound with its sign;
+        without a known unit the bare numbers.
         """
         if self.unit:
-            return estimate_text(self.value, self.low, self.high, self.unit)
+            sign = {"": "", "lower": "≥ ", "upper": "≤ "}[self.bound]
+            return sign + estimate_text(self.value, self.low, self.high, self.unit)
         return f"Estimate({self.value!r}, {self.low!r}, {self.high!r})"
 
     @property

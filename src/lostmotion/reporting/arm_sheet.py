@@ -106,7 +106,8 @@ def bounded_sections(
     sections: Iterable[Section], known: States, keys: Sequence[str]
 ) -> tuple[Section, ...]:
     """Return sections, those whose keys begin with one of `keys` with one digit where every drive
-    is assumed, and as bounds where kinds of error are missing: lengths lower, shares upper ones.
+    is assumed, and as bounds where kinds of error are missing: lengths and angles lower, shares
+    upper ones.
     """
     return tuple(
         _bounded_section(section, known) if section.key.startswith(tuple(keys)) else section
@@ -139,7 +140,7 @@ def _bounded_section(section: Section, known: States) -> Section:
             return figure
         return (
             replace(figure, bound="lower")
-            if figure.unit == "m"
+            if figure.unit in {"m", "rad"}
             else replace(figure, bound="upper")
             if figure.shown == "%"
             else figure

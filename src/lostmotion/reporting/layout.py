@@ -60,7 +60,7 @@ def estimates_by_key(sections: Iterable[Section]) -> Iterator[tuple[str, str, Es
                 yield (
                     ".".join([section.key, key, *([] if alone else [column])]),
                     row.label if alone else f"{row.label}, {name}",
-                    Estimate(each.value, each.low, each.high, unit=each.unit),
+                    Estimate(each.value, each.low, each.high, unit=each.unit, bound=each.bound),
                 )
 
 

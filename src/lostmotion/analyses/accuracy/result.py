@@ -6,18 +6,21 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Self, cast
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, cast
 
 from lostmotion.accuracy.answer import Answer
 from lostmotion.analyses.arguments import pose_of, zones_of
 from lostmotion.analyses.result import Result, frame_of
+from lostmotion.error_model.arrival import rp_key, undescribed_scatter
 from lostmotion.error_model.budget import budget, costs, tally
 from lostmotion.error_model.pose_selection import in_zone, one_pose
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.trust import refuse_untrusted
+from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.errors import nearest, refuse_argument
 from lostmotion.mechanism.state import tool_points
+from lostmotion.reporting.arm_sheet import sign_of
 from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.error_samples import Errors, Summed
+    from lostmotion.propagation.figures import Figure
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.labelled_arrays import LabelledArrays
     from lostmotion.reporting.plot import Plot
@@ -113,6 +117,9 @@ class Figured:
     """A study with figures of the error: as attributes by key, as a mapping and as a table."""
 
     if TYPE_CHECKING:
+        arm: Arm
+        poses: Poses
+        approach: float
 
         @property
         def errors(self) -> Errors:
@@ -120,10 +127,24 @@ class Figured:
 
     @functools.cached_property
     def figures(self) -> dict[str, Estimate]:
-        """Return every figure of the error by key, in SI with its interval."""
-        from lostmotion.propagation.figures import estimates
+        """Return every figure of the error by key, in SI with its interval; with the bound that it
+        is where kinds of error, or the scatter of friction, are not described.
+        """
+        from lostmotion.propagation.figures import figures_of
 
-        return estimates(self.errors)
+        known = with_limits(states(self.arm), self.arm, self.poses.q, self.approach)
+        missing = sign_of(known)
+        one_sided = "lower" if undescribed_scatter(self.arm) else missing
+
+        def bound(figure: Figure) -> Literal["", "lower"]:
+            if figure.key.startswith(rp_key(1.0)):
+                return one_sided
+            return missing if figure.group != "levels" else ""
+
+        return {
+            key: replace(each.of(self.errors), bound=bound(each))
+            for key, each in figures_of(self.errors).items()
+        }
 
     def __getattr__(self, name: str) -> Estimate:
         """Return a figure of the error by its key: `study.p95.value`, `.low` and `.high` in SI;
@@ -141,7 +162,7 @@ class Figured:
 
     def frame(self) -> pd.DataFrame:
         """Return the figures of the error as a table: one row for each key, with name, value, ends
-        of the 95 % interval, SI unit and definition.
+        of the 95 % interval, SI unit, bound and definition.
         """
         from lostmotion.propagation.figures import figures_of
 
@@ -153,6 +174,8 @@ class Figured:
 
 class Study(Answer, Figured, Attributed, Result):
     """Accuracy of an arm by a Monte Carlo run: every attribute of `Answer`."""
+
+    figures = Figured.figures  # those of `Answer`, which knows nothing of bounds, come first
 
     @functools.cached_property
     def sheet(self) -> Sheet:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.arrival import arrival, rp_key, rp_name
+from lostmotion.error_model.arrival import arrival, rp_key, rp_name, undescribed_scatter
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits
@@ -370,19 +370,6 @@ def _one_sided_bounded(row: Row) -> Row:
             figure if figure.words else replace(figure, bound="lower") for figure in row.cells
         ),
     )
-
-
-def undescribed_scatter(arm: Arm) -> tuple[str, ...]:
-    """Return the names of the moving joints that describe neither a dead band nor a scatter of
-    friction, from which one-sided RP comes.
-    """
-    return tuple(joint.name for joint in arm.driven if not _describes_scatter(joint))
-
-
-def _describes_scatter(joint: object) -> bool:
-    servo, gearbox, lumped = (getattr(joint, name, None) for name in ("servo", "gearbox", "lumped"))
-    scatters = gearbox is not None and "hysteresis_scatter" in gearbox.model_fields_set
-    return scatters or lumped is not None or (servo is not None and servo.dead_band is not None)
 
 
 def _largest(repeatability: Repeatability) -> str:
