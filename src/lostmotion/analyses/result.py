@@ -100,7 +100,8 @@ class Result:
         No setting of matplotlib is changed. Raises InputError for a key that the result has no plot
         of.
         """
-        keys = [plot.key for plot in self.plots]
+        plots = self.plots
+        keys = [plot.key for plot in plots]
         if key not in {*keys, ""} or not keys:
             near = nearest(key, keys)
             expected = (
@@ -118,7 +119,7 @@ class Result:
                     )
                 ]
             )
-        made = self.plots[keys.index(key) if key else 0].figure
+        made = plots[keys.index(key) if key else 0].figure
         if size is not None:
             made.set_size_inches(size[0] / _MM_PER_INCH, size[1] / _MM_PER_INCH)
         return made

@@ -15,16 +15,27 @@ import numpy as np
 
 from lostmotion.mechanism.load_changes import changes, loaded_places
 from lostmotion.mechanism.load_gradient import Freedom
+from lostmotion.recent import Recent
 from lostmotion.spatial import right_jacobian
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
 
-# Poses whose matrices are in memory at a time.
+# Poses whose matrices are formed at a time.
 _BLOCK: Final = 256
+
+
+def _bytes_of(kept: tuple[State, Sequence[Sequence[Floats]]]) -> int:
+    return sum(matrix.nbytes for matrices in kept[1] for matrix in matrices)
+
+
+# Matrices of the states that a study keeps: it asks twice, for each way to arrive.
+_RECENT: Final = Recent["tuple[State, list[list[Floats]]]"](64 << 20, _bytes_of)
 
 
 def tool_twists(state: State, place: NDArray[np.int64], local: Floats) -> Floats:
@@ -38,15 +49,24 @@ def tool_twists(state: State, place: NDArray[np.int64], local: Floats) -> Floats
     clearances keep their direction. Valid where the arm stands (`State.settled`).
     """
     places, out = np.unique(place), np.zeros_like(local)
-    for start in range(0, len(state), _BLOCK):
-        rows = slice(start, start + _BLOCK)
-        for number, matrix in zip(places, _carries(state.rows(rows), places), strict=True):
+    blocks = [slice(start, start + _BLOCK) for start in range(0, len(state), _BLOCK)]
+    _, kept = _RECENT.of(
+        (id(state), places.tobytes()),
+        lambda: (state, [_carries(state.rows(rows), places) for rows in blocks]),
+    )
+    for rows, matrices in zip(blocks, kept, strict=True):
+        for number, matrix in zip(places, matrices, strict=True):
             own = np.flatnonzero(place == number)
             carried = np.zeros((6, len(own), matrix.shape[1]))
             for j in range(6):  # in one order for any number of poses
                 carried += matrix[:, None, :, j] * local[j, own, rows]
             out[:, own, rows] = carried
     return out
+
+
+def forget() -> None:
+    """Keep no matrix, in a run that visits each pose once."""
+    _RECENT.clear()
 
 
 def _carries(state: State, places: NDArray[np.int64]) -> list[Floats]:
