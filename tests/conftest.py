@@ -15,11 +15,16 @@ from lostmotion.parts.gearbox.cycloidal import examined, model
 from tests.arms import arm_of
 
 
-def pytest_collection_finish() -> None:
-    """Search what lives to the end of the suite for cycles once, not again and again."""
-    gc.collect()
-    gc.freeze()
+def pytest_configure() -> None:
+    """Collect garbage less often than Python's 700 new objects: it would search the millions that
+    live to the end again and again, for a tenth of the suite's time.
+    """
     gc.set_threshold(100_000, 10, 10)
+
+
+def pytest_collection_finish() -> None:
+    """Search no more what was collected: it lives to the end of the suite."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

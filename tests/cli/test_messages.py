@@ -2,8 +2,6 @@
 typed.
 """
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +10,7 @@ import lostmotion
 from lostmotion.analyses.signature import question_of
 from lostmotion.cli.generator import spelled
 from lostmotion.errors import Problem
+from tests.command import carried_out
 
 ARM = str(Path(__file__).parents[2] / "examples" / "z-arm.toml")
 
@@ -147,18 +146,8 @@ def test_words_that_no_option_takes_are_reported_like_any_mistake(tmp_path, word
     """All at once, each with what was found, what is expected and an example; exit code 2 and
     nothing else printed.
     """
-    done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (
-        done.returncode,
-        done.stdout,
-        done.stderr.replace("python -m lostmotion", "lostmotion"),
-    ) == (2, "", said)
+    done = carried_out(*words, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
 
 
 @pytest.mark.parametrize(
@@ -193,13 +182,7 @@ def test_options_and_file_are_refused_together(tmp_path, words, keys):
     """Nobody mends one option to hear of the next: what file and options say wrongly comes in one
     message.
     """
-    done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = carried_out(*words, cwd=tmp_path)
     said = done.stderr.splitlines()
     assert (done.returncode, said[0]) == (2, f"lostmotion: {len(keys)} mistakes")
     assert [line for line in said[1:] if not line.startswith("  ")] == keys
@@ -232,13 +215,7 @@ def test_options_and_file_are_refused_together(tmp_path, words, keys):
 )
 def test_a_refused_argument_is_named_as_it_was_typed(tmp_path, words, lines):
     """Exit code 2, the option's own name, what was typed, and an example that can be."""
-    done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = carried_out(*words, cwd=tmp_path)
     assert done.returncode == 2
     said = done.stderr.splitlines()
     assert said[0] == "lostmotion: 1 mistake"
