@@ -26,16 +26,18 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
 
-# Poses whose matrices are formed at a time.
+# Poses whose matrices are in memory at a time.
 _BLOCK: Final = 256
 
 
-def _bytes_of(kept: tuple[State, Sequence[Sequence[Floats]]]) -> int:
-    return sum(matrix.nbytes for matrices in kept[1] for matrix in matrices)
+def _bytes_of(kept: tuple[State, Sequence[Floats]]) -> int:
+    """Return about how many bytes are kept: the matrices, and the state (`standing.bytes_of`)."""
+    state, matrices = kept
+    return 8 * state.frames.nbytes + sum(matrix.nbytes for matrix in matrices)
 
 
 # Matrices of the states that a study keeps: it asks twice, for each way to arrive.
-_RECENT: Final = Recent["tuple[State, list[list[Floats]]]"](64 << 20, _bytes_of)
+_RECENT: Final = Recent["tuple[State, list[Floats]]"](160 << 20, _bytes_of)
 
 
 def tool_twists(state: State, place: NDArray[np.int64], local: Floats) -> Floats:
@@ -49,19 +51,21 @@ def tool_twists(state: State, place: NDArray[np.int64], local: Floats) -> Floats
     clearances keep their direction. Valid where the arm stands (`State.settled`).
     """
     places, out = np.unique(place), np.zeros_like(local)
-    blocks = [slice(start, start + _BLOCK) for start in range(0, len(state), _BLOCK)]
-    _, kept = _RECENT.of(
-        (id(state), places.tobytes()),
-        lambda: (state, [_carries(state.rows(rows), places) for rows in blocks]),
-    )
-    for rows, matrices in zip(blocks, kept, strict=True):
-        for number, matrix in zip(places, matrices, strict=True):
+    for start in range(0, len(state), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        for number, matrix in zip(places, _kept(state, rows, places), strict=True):
             own = np.flatnonzero(place == number)
             carried = np.zeros((6, len(own), matrix.shape[1]))
             for j in range(6):  # in one order for any number of poses
                 carried += matrix[:, None, :, j] * local[j, own, rows]
             out[:, own, rows] = carried
     return out
+
+
+def _kept(state: State, rows: slice, places: NDArray[np.int64]) -> list[Floats]:
+    """Return `_carries` at the poses in these rows."""
+    key = id(state), rows.start, places.tobytes()
+    return _RECENT.of(key, lambda: (state, _carries(state.rows(rows), places)))[1]
 
 
 def forget() -> None:
