@@ -183,6 +183,10 @@ def rounded_length(value: float, way: float = 0.0) -> str:
     return f"{text.rstrip('0').rstrip('.')} {unit}"
 
 
+# Before a figure that the true value is no larger than ("upper"), or no smaller than ("lower").
+BOUND_SIGNS: Final = {"": "", "upper": "≤ ", "lower": "≥ "}
+
+
 def estimate_text(value: float, low: float, high: float, unit: str) -> str:
     """Return a number in SI with the ends of its interval, in the unit that people read."""
     shown = suited(value, unit)

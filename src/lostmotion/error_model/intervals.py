@@ -21,7 +21,7 @@ from lostmotion.error_model.small_counts import (
     order_statistics,
     satterthwaite,
 )
-from lostmotion.printed import estimate_text
+from lostmotion.printed import BOUND_SIGNS, estimate_text
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -59,8 +59,8 @@ class Estimate:
         without a known unit the bare numbers.
         """
         if self.unit:
-            sign = {"": "", "lower": "≥ ", "upper": "≤ "}[self.bound]
-            return sign + estimate_text(self.value, self.low, self.high, self.unit)
+            text = estimate_text(self.value, self.low, self.high, self.unit)
+            return BOUND_SIGNS[self.bound] + text
         return f"Estimate({self.value!r}, {self.low!r}, {self.high!r})"
 
     @property

@@ -17,6 +17,7 @@ from lostmotion.error_model.columns import Draws, ToolScrews, column_of, grouped
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.settled_columns import moved_tool
 from lostmotion.laws.distributions import COMPARED
+from lostmotion.mechanism.load_feedback import forget_carries
 from lostmotion.mechanism.standing import bytes_of, forget_states, standing_at
 from lostmotion.mechanism.state import BLOCK, as_poses, blocks_of
 from lostmotion.parts import forms_together
@@ -214,6 +215,7 @@ _RECENT: Final = Recent[PoseMatrix](
 def forget_matrices() -> None:
     """Keep no matrix and no state, in a run that visits each pose once."""
     _RECENT.clear()
+    forget_carries()
     forget_states()
 
 

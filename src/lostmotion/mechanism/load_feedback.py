@@ -15,12 +15,11 @@ import numpy as np
 
 from lostmotion.mechanism.load_changes import changes, loaded_places
 from lostmotion.mechanism.load_gradient import Freedom
+from lostmotion.mechanism.standing import bytes_of
 from lostmotion.recent import Recent
 from lostmotion.spatial import right_jacobian
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from lostmotion.mechanism.state import State
@@ -30,14 +29,10 @@ if TYPE_CHECKING:
 _BLOCK: Final = 256
 
 
-def _bytes_of(kept: tuple[State, Sequence[Floats]]) -> int:
-    """Return about how many bytes are kept: the matrices, and the state (`standing.bytes_of`)."""
-    state, matrices = kept
-    return 8 * state.frames.nbytes + sum(matrix.nbytes for matrix in matrices)
-
-
-# Matrices of the states that a study keeps: it asks twice, for each way to arrive.
-_RECENT: Final = Recent["tuple[State, list[Floats]]"](160 << 20, _bytes_of)
+# States with their matrices that a study keeps: it asks twice, for each way to arrive.
+_RECENT: Final = Recent["tuple[State, list[Floats]]"](
+    160 << 20, lambda kept: bytes_of(kept[0]) + sum(matrix.nbytes for matrix in kept[1])
+)
 
 
 def tool_twists(state: State, place: NDArray[np.int64], local: Floats) -> Floats:
@@ -68,7 +63,7 @@ def _kept(state: State, rows: slice, places: NDArray[np.int64]) -> list[Floats]:
     return _RECENT.of(key, lambda: (state, _carries(state.rows(rows), places)))[1]
 
 
-def forget() -> None:
+def forget_carries() -> None:
     """Keep no matrix, in a run that visits each pose once."""
     _RECENT.clear()
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import InputError, Problem
-from lostmotion.mechanism import load_feedback
 from lostmotion.mechanism.state import State, as_poses, blocks_of, state_of
 from lostmotion.recent import Recent
 
@@ -32,7 +31,6 @@ _RECENT: Final = Recent[State](160 << 20, bytes_of)
 def forget_states() -> None:
     """Keep no state, in a run that visits each pose once."""
     _RECENT.clear()
-    load_feedback.forget()
 
 
 def settled_at(arm: Arm, q: Floats) -> State:

@@ -11,6 +11,7 @@ from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
 from lostmotion.printed import (
+    BOUND_SIGNS,
     between,
     digits,
     factor_of,
@@ -74,7 +75,7 @@ class Cell:
         """Return value and unit as text, to the digits that its interval supports (see
         `last_place`); a bound with its sign.
         """
-        return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._plain_text()
+        return BOUND_SIGNS[self.bound] + self._plain_text()
 
     def _plain_text(self) -> str:
         if self.words or self.assumed:
