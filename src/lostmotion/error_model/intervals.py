@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import functools
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.error_model.error_bins import BINS, bin_edges
 from lostmotion.error_model.small_counts import (
     freedom_of_variance,
     order_statistics,
@@ -95,21 +96,23 @@ class Spread:
     half: float
 
 
-def quantile(hist: np.ndarray, level: float) -> float:
+def quantile(hist: np.ndarray, level: float, first: int = 0) -> float:
     """Return the quantile (m) at `level`, 0..1, of a histogram of lengths, by linear interpolation
     in bins of 0.3 % width.
 
     Zero below a nanometre and infinite from 16 m, where the histogram ends.
+
+    first  bin with which `hist` begins; where that is not the first of all, it is empty
     """
     cumulative = np.cumsum(hist)
     rank = level * cumulative[-1]
-    at = int(np.searchsorted(cumulative, rank))
+    at = bisect_left(cumulative, rank)  # NumPy's search would convert all counts to fractions
     if at == 0:
         return 0.0
-    if at == len(hist) - 1:
+    if first + at == BINS - 1:
         return math.inf  # the last bin counts all larger errors
     before = float(cumulative[at - 1])
-    low, high = (float(edge) for edge in _edges()[at : at + 2])
+    low, high = (float(edge) for edge in _edges()[first + at : first + at + 2])
     return float(low + (high - low) * max(rank - before, 0.0) / max(float(hist[at]), 1.0))
 
 
@@ -221,13 +224,16 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
     (member, bin).
     """
     whole = hists.sum(axis=0)
-    count = len(hists)
+    count, of_all = len(hists), quantile(whole, level)
     if count == 1:
-        return np.array([quantile(whole, level)])
+        return np.array([of_all])
+    # Of thousands of bins the errors of an arm fill some hundreds: those, and an empty one before.
+    filled = np.flatnonzero(whole)
+    first, end = max(int(filled[0]) - 1, 0), int(filled[-1]) + 1
     return np.array(
         [
-            count * quantile(whole, level) - (count - 1) * quantile(whole - one, level)
-            for one in hists
+            count * of_all - (count - 1) * quantile(rest, level, first)
+            for rest in whole[first:end] - hists[:, first:end]
         ]
     )
 
