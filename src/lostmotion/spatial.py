@@ -88,7 +88,11 @@ def added_in_order(parts: Floats, axis: int) -> Floats:
     """Return the sum of parts along an axis, of the same bits for one pose alone as among others,
     which NumPy's sum does not ensure.
     """
-    return np.asarray(np.cumsum(parts, axis=axis).take(-1, axis=axis))
+    first, *others = np.moveaxis(parts, axis, 0)
+    out = first.copy()
+    for part in others:  # whole arrays are added: a running sum along a short axis is slow
+        out += part
+    return np.asarray(out)
 
 
 def out_of(frame: Floats, vector: Floats) -> Floats:
@@ -250,8 +254,10 @@ def pose_of(
     """Return the pose (4, 4) at xyz (m) with roll, pitch, yaw (rad) about the fixed x, y, z axes,
     in that order (URDF).
     """
-    roll, pitch, yaw = (float(angle) for angle in rpy)
-    out = turn((0, 0, 1), yaw) @ turn((0, 1, 0), pitch) @ turn((1, 0, 0), roll)
+    out = np.eye(4)
+    for axis, angle in zip(((0, 0, 1), (0, 1, 0), (1, 0, 0)), reversed(rpy), strict=True):
+        if angle:  # few frames are turned, and each turn costs as much as the rest together
+            out = out @ turn(axis, float(angle))
     out[:3, 3] = xyz
     return out
 
