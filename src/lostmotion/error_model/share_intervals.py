@@ -4,6 +4,7 @@ trials.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Literal
 
@@ -38,6 +39,7 @@ def share_below(
     return Estimate(share, low, high)
 
 
+@functools.lru_cache(maxsize=4096)  # SciPy searches the ends; a curve asks for many twice
 def share_interval(
     hits: int,
     count: int,
