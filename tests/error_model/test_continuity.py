@@ -180,6 +180,7 @@ def test_repeatability_is_continuous_in_the_tilt_of_the_base(make):
     arm = make()
     base = arm.base
 
+    @functools.cache
     def tilted(tilt: float) -> Arm:
         return arm.model_copy(
             update={

@@ -47,13 +47,14 @@ def test_the_mean_square_of_a_random_last_motion_is_the_mean_of_both_directions(
     directions, for any motion of the other joints.
     """
     q = sample_poses(arm, 8).q
+    state = state_of(arm, q)
     sides = np.tile([1.0, -1.0, 0.0, 1.0], q.size)[: q.size].reshape(q.shape)
     for joint in range(q.shape[1]):
         up, down, either = (sides.copy() for _ in range(3))
         up[:, joint], down[:, joint], either[:, joint] = 1.0, -1.0, 0.0
-        each = [mean_square(screws(state_of(arm, q), approach=approach)) for approach in (up, down)]
+        each = [mean_square(screws(state, approach=approach)) for approach in (up, down)]
         np.testing.assert_allclose(
-            mean_square(screws(state_of(arm, q), approach=either)),
+            mean_square(screws(state, approach=either)),
             np.mean(each, axis=0),
             rtol=1e-12,
         )
@@ -68,6 +69,7 @@ def test_a_visit_with_random_last_motion_is_a_visit_from_either_direction(arm):
     sampling error of 64 robots and 32 visits.
     """
     q = sample_poses(arm, 8).q[:1]
+    state = state_of(arm, q)
     robot, visit = (
         axis.ravel() for axis in np.meshgrid(np.arange(64), np.arange(32), indexing="ij")
     )
@@ -76,7 +78,7 @@ def test_a_visit_with_random_last_motion_is_a_visit_from_either_direction(arm):
         errors = {}
         for side in (0.0, 1.0, -1.0):
             sides[:, joint] = side
-            matrix = screws(state_of(arm, q), approach=sides)
+            matrix = screws(state, approach=sides)
             errors[side] = (matrix.tool[0, 3:] @ draws_of(matrix, 0, 5, 0, robot, visit)).T.reshape(
                 64, 32, 3
             )

@@ -24,7 +24,7 @@ SWEEP = {
     KEY: ("0.5 arcmin", "1 arcmin"),
     "payload.mass": {"from": "1 kg", "to": "2 kg", "steps": 2},
 }
-SIZES = {"poses": 64, "robots": 20, "visits": 3}
+SIZES = {"poses": 16, "robots": 8, "visits": 2}
 
 
 def written(folder: Path, text: str, name: str = "tiny.toml") -> Path:

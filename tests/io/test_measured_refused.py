@@ -2,12 +2,10 @@
 and what belongs there.
 """
 
-import subprocess
-import sys
-
 import pytest
 
 import lostmotion
+from tests.command import carried_out
 
 HEAD = "pose,cycle,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n"
 ROWS = "P1,1,600,0,400,600,0,400\nP1,2,600.1,0,400,600,0,400\n"
@@ -97,14 +95,7 @@ def test_a_refused_file_leaves_no_folder(tmp_path):
     """The command ends with exit code 2, the message on the error stream, and writes nothing."""
     path = tmp_path / "visits.csv"
     path.write_text(HEAD + ROWS + "P1,3,here,0,400,600,0,400\n", encoding="utf-8")
-    words = ["iso9283", "--measured", str(path), "--out", str(tmp_path / "out")]
-    done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = carried_out("iso9283", "--measured", path, "--out", tmp_path / "out", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("lostmotion: 1 mistake\n")
     assert not done.stdout.strip()

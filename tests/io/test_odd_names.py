@@ -5,8 +5,10 @@ files.
 from __future__ import annotations
 
 import csv
+import html
 import io
 import math
+import re
 import tomllib
 
 import numpy as np
@@ -41,6 +43,28 @@ def escape(name):
     return name.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
 
 
+def with_play(*names):
+    """Return a sidecar that gives each of these joints a backlash."""
+    return "".join(
+        f'[joints.{key_step(name)}]\ngearbox = {{ backlash = "1 arcmin" }}\n' for name in names
+    )
+
+
+def laid(folder, names, sidecar):
+    """Write a URDF of joints with these names, with a sidecar, and return its path."""
+    parts = [link("l0")]
+    for k, name in enumerate(map(escape, names)):
+        ends = f'<parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0.2 0 0.1"/>'
+        parts += [
+            f'<joint name="{name}" type="revolute">{ends}<axis xyz="0 1 0"/>{LIMIT}</joint>',
+            link(f"l{k + 1}", k + 1),
+        ]
+    path = folder / "r.urdf"
+    path.write_text(robot(*parts), encoding="utf-8")
+    path.with_suffix(".toml").write_text(sidecar, encoding="utf-8")
+    return path
+
+
 @pytest.fixture
 def urdf(tmp_path):
     """Write a URDF of three joints, the middle one with this name, and a sidecar that gives it a
@@ -48,30 +72,16 @@ def urdf(tmp_path):
     """
 
     def write(name, sidecar=None):
-        parts = [link("l0")]
-        for k, each in enumerate(("first", escape(name), "last")):
-            ends = f'<parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0.2 0 0.1"/>'
-            parts += [
-                f'<joint name="{each}" type="revolute">{ends}<axis xyz="0 1 0"/>{LIMIT}</joint>',
-                link(f"l{k + 1}", k + 1),
-            ]
-        path = tmp_path / "r.urdf"
-        path.write_text(robot(*parts), encoding="utf-8")
-        said = (
-            f'[joints.{key_step(name)}]\ngearbox = {{ backlash = "1 arcmin" }}\n'
-            if sidecar is None
-            else sidecar
-        )
-        path.with_suffix(".toml").write_text(said, encoding="utf-8")
-        return path
+        said = with_play(name) if sidecar is None else sidecar
+        return laid(tmp_path, ("first", name, "last"), said)
 
     return write
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_any_printable_name_may_be_read_swept_posed_and_reported(urdf, tmp_path, name):
-    """A name stands in a key of TOML, in a column of poses, in an option, in tables and in the
-    report, and is the same one everywhere.
+def test_any_printable_name_may_be_read_swept_and_posed(urdf, tmp_path, name):
+    """A name stands in a key of TOML, in a column of poses and in an option, and is the same one
+    everywhere.
     """
     path = urdf(name)
     arm = read(path)
@@ -97,10 +107,19 @@ def test_any_printable_name_may_be_read_swept_posed_and_reported(urdf, tmp_path,
     )
     _, (axis,) = read_sweep(path, None, sweep)
     assert axis.steps == ["joints", name, "gearbox", "backlash"]
-    answer = study(arm, 8, 20, 2, 1)
-    out = answer.report(tmp_path / "out")
-    assert name in "".join(row.label for section in answer.sheet.sections for row in section.rows)
-    assert "<b>&amp;</b>" not in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_any_printable_name_may_be_reported(tmp_path):
+    """A name stands in the tables and in the plots of a report as it is in the file."""
+    answer = study(read(laid(tmp_path, NAMES, with_play(*NAMES))), 8, 20, 2, 1)
+    page = (answer.report(tmp_path / "out") / "report.html").read_text(encoding="utf-8")
+    labels = "".join(row.label for section in answer.sheet.sections for row in section.rows)
+    plots = "".join(re.findall("<svg.*?</svg>", page, re.DOTALL))
+    for name in NAMES:
+        assert name in labels
+        shown = name if len(name) < 80 else name[:10]  # plots shorten what is too long for them
+        assert html.escape(shown, quote=False) in plots
+    assert "<b>&amp;</b>" not in page
 
 
 @pytest.mark.parametrize("name", NAMES)

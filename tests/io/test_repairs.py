@@ -203,30 +203,28 @@ def test_no_text_for_users_names_a_class_of_the_code():
     message.
     """
     root = Path(lostmotion.__file__).parent
-    trees = [ast.parse(path.read_text("utf-8")) for path in root.rglob("*.py")]
-    classes = {
-        node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-    }
+    modules = [[*ast.walk(ast.parse(path.read_text("utf-8")))] for path in root.rglob("*.py")]
+    classes = {node.name for nodes in modules for node in nodes if isinstance(node, ast.ClassDef)}
     joined = {name for name in classes if len(re.findall("[A-Z][a-z0-9]+", name)) > 1}
     assert len(joined) > 100
-    texts = [text for tree in trees for text in _sentences(tree)]
+    texts = [text for nodes in modules for text in _sentences(nodes)]
     assert len(texts) > 1000
     assert [text for text in texts if joined & {*re.findall(r"\w+", text)}] == []
 
 
-def _sentences(tree):
-    """Return the texts of a module that hold blanks: no docstrings, no types in quotes, no
+def _sentences(nodes):
+    """Return the texts of a module, by its nodes, that hold blanks: no docstrings, no types in quotes, no
     representations in angle brackets.
     """
     homes = (ast.Module, ast.ClassDef, ast.FunctionDef)
     docs = {
         id(node.body[0].value)
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, homes) and node.body and isinstance(node.body[0], ast.Expr)
     }
     texts = [
         node.value
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs
     ]
     return [

@@ -4,6 +4,7 @@ close; nothing in a file reaches beyond its project.
 
 from __future__ import annotations
 
+import functools
 import math
 import xml.etree.ElementTree as ET
 
@@ -62,6 +63,9 @@ class Walk:
             for each in self.model.findall(kind)
         }
         self.old = self.sdf.get("version") == "1.4"
+        self.joints = {each.findtext("child"): each for each in self.model.findall("joint")}
+        # of the text alone, whatever the values of the joints
+        self.at, self.axis = map(functools.cache, (self.at, self.axis))
 
     def stated(self, element):
         """Return the pose that an element states, and what it is relative to."""
@@ -100,7 +104,7 @@ class Walk:
 
     def moved(self, body, values):
         """Return the motion (4, 4) of a body in the model against where it is at zero."""
-        joint = next((j for j in self.model.findall("joint") if j.findtext("child") == body), None)
+        joint = self.joints.get(body)
         if joint is None:
             return np.eye(4)
         out = self.moved(joint.findtext("parent"), values)

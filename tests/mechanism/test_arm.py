@@ -5,6 +5,7 @@ numeric core that touches nothing.
 from __future__ import annotations
 
 import ast
+import functools
 import math
 from pathlib import Path
 
@@ -50,6 +51,7 @@ def planar(**fields: object) -> Arm:
     return Arm(name="planar", joints=joints, **fields)
 
 
+@functools.cache  # the same arm for all examples of a test
 def spatial() -> Arm:
     """Return an arm of all kinds of joints, with masses, tool and payload off every axis."""
     joints = [

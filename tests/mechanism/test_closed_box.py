@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import tomllib
 from pathlib import Path
@@ -150,10 +151,11 @@ BEYOND = {"x": ["-20 mm", "20 mm"], "z": ["400 mm", "420 mm"]}
 @pytest.mark.parametrize(
     "ask",
     [
-        lostmotion.study,
+        functools.partial(lostmotion.study, poses=64),
         lostmotion.check,
-        lostmotion.statics,
+        functools.partial(lostmotion.statics, poses=64),
     ],
+    ids=["study", "check", "statics"],
 )
 def test_a_box_that_the_tool_does_not_reach_is_refused_with_the_reason(ask, tmp_path):
     """The carriages of a delta would leave their towers: every question says so at once, and where

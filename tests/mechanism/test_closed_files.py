@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import copy
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -22,6 +20,7 @@ from lostmotion.mechanism.closed_home import home_of
 from lostmotion.mechanism.loops import loops_of
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
+from tests.command import carried_out
 from tests.mechanism.closed_chains import (
     arm,
     at,
@@ -161,18 +160,27 @@ def test_a_drive_too_many_has_a_drive_less_as_its_remedy():
     ],
 )
 def test_a_table_for_a_controller_of_a_closed_chain_is_refused_with_what_answers(tmp_path, command):
-    """The message names both commands, and the study of given poses, which works."""
-    (tmp_path / "arm.toml").write_text(template_text("five-bar"), "utf-8")
-    (tmp_path / "poses.csv").write_text("left [deg],right [deg]\n120,60\n", "utf-8")
-    words = [sys.executable, "-m", "lostmotion", *command]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    """The message names both commands, and the study of given poses."""
+    laid_with_poses(tmp_path)
+    done = carried_out(*command, cwd=tmp_path)
     assert done.returncode == 2
     found = " ".join(done.stderr.split())
     assert "no table for a controller, as `compensate` and `export` need it" in found
     assert "`study` predicts the errors at given poses (`--poses poses.csv`)" in found
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_what_answers_in_place_of_a_table_for_a_controller_does(tmp_path):
+    """The study of given poses of a closed chain."""
+    laid_with_poses(tmp_path)
     study = lostmotion.study(tmp_path / "arm.toml", poses=tmp_path / "poses.csv", robots=16)
     assert len(study.poses) == 1
+
+
+def laid_with_poses(folder):
+    """Write a five-bar and a table of one of its poses."""
+    (folder / "arm.toml").write_text(template_text("five-bar"), "utf-8")
+    (folder / "poses.csv").write_text("left [deg],right [deg]\n120,60\n", "utf-8")
 
 
 def test_a_drive_on_a_ball_joint_of_six_legs_is_refused_once():
@@ -194,8 +202,7 @@ def test_a_command_refuses_a_loop_that_cannot_close_and_writes_nothing(tmp_path)
     """Exit code 2, and how far the loop is from closing, and where."""
     file = tmp_path / "arm.toml"
     file.write_text(tomlkit.dumps(changed(1, link=link(0.1))), "utf-8")
-    words = [sys.executable, "-m", "lostmotion", "study", str(file)]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = carried_out("study", file, cwd=tmp_path)
     assert done.returncode == 2
     assert "closures[0]" in done.stderr
     assert "e1.tip and pin.tip apart at home by 5.411 mm" in done.stderr

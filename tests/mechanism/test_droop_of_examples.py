@@ -145,7 +145,7 @@ def test_errors_of_a_stiff_arm_change_only_where_a_play_may_be_open_or_closed():
     overcomes the friction of its play.
     """
     arm = read(EXAMPLES / "arm-from-drawings.toml")
-    state = state_of(arm, poses(arm, 1000))
+    state = state_of(arm, poses(arm, 400))
     at_command, standing = screws(state), screws(state.settled())
     draws = [bool(each.robot or each.visit or each.closing) for each in at_command.summed.infos]
     before, after = (

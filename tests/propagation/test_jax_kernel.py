@@ -19,6 +19,7 @@ from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.propagation.montecarlo import jax_kernel, kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import run
+from tests.command import carried_out
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -107,18 +108,12 @@ def test_without_jax_one_sentence_names_what_to_install(arm, monkeypatch):
         lostmotion.study(arm, 8, 10, 2, device="gpu")
 
 
-def test_the_command_refuses_with_exit_code_2_and_writes_nothing(tmp_path):
+def test_the_command_refuses_with_exit_code_2_and_writes_nothing(tmp_path, monkeypatch):
     """`lostmotion run --device gpu` without JAX prints one message that names the extra, exits with
     code 2 and writes no folder.
     """
-    words = ["lostmotion", "run", str(ARM), "--device", "gpu"]
-    code = (
-        f"import sys; sys.modules['jax'] = None; sys.argv = {words}; from lostmotion.cli import "
-        "main; main()"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    monkeypatch.setitem(sys.modules, "jax", None)
+    done = carried_out("run", ARM, "--device", "gpu", cwd=tmp_path)
     assert done.returncode == 2
     assert "pip install 'lostmotion[gpu]'" in done.stderr
     assert "Traceback" not in done.stderr

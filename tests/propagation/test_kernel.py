@@ -136,13 +136,19 @@ def test_the_interval_of_a_quantile_counts_robots(block):
         assert high == pytest.approx(np.quantile(size, 0.95 + half), rel=3e-3)
 
 
+@pytest.fixture(scope="module")
+def long_run(arm):
+    """Return 8 poses and the figures of many robots at them."""
+    poses = Poses(sample_poses(arm, 8, seed=5).q, "given")
+    return poses, run(arm, poses, 20_000, 4, 999).per_pose
+
+
 @pytest.mark.parametrize(("robots", "visits"), [(5, 30), (20, 30), (200, 5), (1000, 1)])
-def test_intervals_at_a_pose_cover_at_their_nominal_rate(arm, robots, visits):
+def test_intervals_at_a_pose_cover_at_their_nominal_rate(arm, long_run, robots, visits):
     """Over 40 seeds the 95 % intervals of mean and percentiles at 8 poses cover the values of a
     long run; an end may be unknown but not wrong.
     """
-    poses = Poses(sample_poses(arm, 8, seed=5).q, "given")
-    truth = run(arm, poses, 20_000, 4, 999).per_pose
+    poses, truth = long_run
     covered, trials = np.zeros(4), 0
     for seed in range(40):
         found = run(arm, poses, robots, visits, seed).per_pose

@@ -264,7 +264,7 @@ def test_the_interval_of_the_pooled_95_percent_error_covers(arm):
     """The 95 % interval of a small study's pooled 95th percentile covers the value of a long run in
     at least 33 of 40 seeds.
     """
-    poses = sample_poses(arm, 256)
+    poses = sample_poses(arm, 64)
     long = run(arm, poses, 4000, 4, 99)
     truth = quantile(long.group_hist.sum(axis=0), 0.95)
     covered = 0
