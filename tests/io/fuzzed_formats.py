@@ -163,9 +163,9 @@ def command(path: Path) -> object:
     except ValueError:
         return None
     path.unlink()
+    # `..` names the folder above, but between two numbers it is a range
     if not words or any(
-        word in UNSAFE or word.startswith(("/", "~")) or "/" in word or ".." in word or "\0" in word
-        for word in words
+        word in UNSAFE or re.search(r"^~|[/\0]|(?<!\d)\.\.|\.\.(?!\d)", word) for word in words
     ):
         return None
     before, here = set(os.listdir(path.parent)), Path.cwd()  # noqa: PTH208 - names alone
