@@ -105,6 +105,47 @@ def test_every_expression_begins_at_the_edge_of_a_word(words):
     assert all(each.startswith(r"\b") for each in without_groups.split("|"))
 
 
+def statements(source):
+    """Yield the module of a source and its statements, at any depth: classes and functions are
+    among them, and none within an expression.
+    """
+    inside = [ast.parse(source)]
+    while inside:
+        node = inside.pop()
+        yield node
+        for blocks in ("body", "orelse", "finalbody", "handlers", "cases"):
+            inside += getattr(node, blocks, ())
+
+
+def test_classes_and_functions_are_found_at_any_depth():
+    """In branches, loops, handlers and cases, and within one another."""
+    source = """
+class A:
+    async def b():
+        if 0:
+            def c(): ...
+        else:
+            def d(): ...
+        for _ in ():
+            try:
+                def e(): ...
+            except OSError:
+                def f(): ...
+            finally:
+                def g(): ...
+        with h:
+            match 0:
+                case 1:
+                    def i(): ...
+"""
+    found = {getattr(node, "name", None) for node in statements(source)} - {None}
+    assert found == {*"Abcdefgi"}
+    every = ast.walk(ast.parse(source))
+    assert sum(isinstance(node, ast.stmt) for node in every) == sum(
+        isinstance(node, ast.stmt) for node in statements(source)
+    )
+
+
 @pytest.mark.parametrize("path", TESTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
     """Names of files and functions, docstrings and comments of tests follow the same rule; data and
@@ -112,7 +153,7 @@ def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
     """
     source = path.read_text("utf-8")
     texts = {f"name of {path.name}": path.stem.replace("_", " ")}
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(source):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             name, line = getattr(node, "name", path.stem), getattr(node, "lineno", 1)
             texts |= {
@@ -135,7 +176,7 @@ def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
 )
 def test_a_docstring_states_what_a_function_returns_or_does(path):
     """Documentation opens with a statement, "Return the ...", "Write ...", and asks no question."""
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for node in statements(path.read_text("utf-8")):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             opening = (ast.get_docstring(node) or "").partition("\n\n")[0]
             assert "?" not in opening, opening
