@@ -372,7 +372,7 @@ def test_a_loose_target_with_limits_gives_the_lightest_sections_within_them(arm,
     """With limits of the links as constraints and a target that is always met, the lightest
     sections within the limits are selected.
     """
-    stock = tuple(Tube(outer=0.06 + 0.015 * k, wall=0.003) for k in range(8))
+    stock = tuple(Tube(outer=0.06 + 0.03 * k, wall=0.003) for k in range(5))
     limits = Limits(0.5 * ARCMIN, 2500.0)
     slots = tuple(link_slot(joint, stock, None, 0.0) for joint in arm.joints)
     sized = size_links(
