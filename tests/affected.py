@@ -8,6 +8,7 @@ FILE, those that differ from the last commit are taken.
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -29,6 +30,7 @@ FEW = 12
 PROGRAM = ("lostmotion.io.xacro_file", "lostmotion.io.xacro_process")
 
 
+@functools.cache
 def import_graph() -> grimp.ImportGraph:
     """Return the imports of the package and of its tests, names of `lostmotion` included, which
     are loaded when they are first used.

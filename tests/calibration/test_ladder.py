@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -32,13 +34,17 @@ VALIDATES = (
 )
 
 
+@functools.cache
+def under_two_payloads():
+    """Return the model of the arm under two payloads, with compliances of the joints."""
+    return model_of(ARM, Q, added_terms(ARM, Deviations(compliance=SIZE)), payload=MASSES)
+
+
 def measured(seed: int, compliance: float = 0.0):
-    """Return the model of the arm under two payloads, with compliances of the joints, and the tool
-    points of a robot drawn from the prior whose joint 2 has this compliance in place of none,
-    rad/(N m).
+    """Return that model, and the tool points of a robot drawn from the prior whose joint 2 has
+    this compliance in place of none, rad/(N m).
     """
-    added = added_terms(ARM, Deviations(compliance=SIZE))
-    model = model_of(ARM, Q, added, payload=MASSES)
+    model = under_two_payloads()
     chance = np.random.default_rng(seed)
     draws = chance.normal(size=len(model.streams))
     draws[[is_compliance(owner) for owner in model.owners]] = 0.0

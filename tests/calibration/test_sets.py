@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,12 @@ def error_elsewhere(robot) -> float:
     return float(np.linalg.norm(left, axis=1).mean())
 
 
+@functools.cache
+def by_two_set_ups(second: tuple[int, ...]):
+    """Return the robot of which these rows were measured after the instrument was moved."""
+    return robot_of(ARM, measured(np.array(second)), terms="geometry", noise=NOISE)
+
+
 @pytest.fixture(scope="module")
 def one():
     """Return the robot by one set-up."""
@@ -85,7 +93,7 @@ def test_two_set_ups_are_as_good_as_one(one, second):
     """Estimates differ by less than their standard deviation, unused poses are predicted as well,
     and held-out ones are: no fold takes the poses that the frame of a set needs.
     """
-    robot = robot_of(ARM, measured(second), terms="geometry", noise=NOISE)
+    robot = by_two_set_ups(tuple(second))
     own = np.flatnonzero([not is_frame(owner) for owner in one.climb.model.owners])
     here, there = robot.climb.kept.fit, one.climb.kept.fit
     deviation = np.sqrt(np.diag(here.covariance))[own]
@@ -98,7 +106,7 @@ def test_two_set_ups_are_as_good_as_one(one, second):
 
 def test_the_frame_of_a_set_is_no_error_of_the_robot():
     """It is shown as of the instrument, and neither drawn nor in the calibration of the arm."""
-    robot = robot_of(ARM, measured(np.arange(15, 30)), terms="geometry", noise=NOISE)
+    robot = by_two_set_ups(tuple(range(26, 30)))
     shown = [each for each in robot.errors if each.name.startswith("instrument.set B")]
     assert [each.unit for each in sorted(shown, key=lambda e: e.draw)] == ["rad"] * 3 + ["m"] * 3
     assert all(each.frame and not each.in_file for each in shown)

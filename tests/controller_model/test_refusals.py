@@ -106,12 +106,13 @@ def test_an_export_says_what_it_rests_on(tmp_path):
 
 def test_only_an_export_is_replaced(tmp_path):
     """Not another project's folder, and no file that is not an FMU by its name."""
+    arm = EXAMPLES / "planar-2r.toml"
     (tmp_path / "README.md").write_text("mine", encoding="utf-8")
     with pytest.raises(OutputExistsError, match="no export"):
-        lostmotion.export_c(Z_ARM, out=tmp_path, force=True)
+        lostmotion.export_c(arm, out=tmp_path, force=True)
     assert (tmp_path / "README.md").read_text(encoding="utf-8") == "mine"
     with pytest.raises(InputError, match=r"\.fmu"):
-        lostmotion.export_fmu(Z_ARM, out=tmp_path / "arm.toml", force=True)
+        lostmotion.export_fmu(arm, out=tmp_path / "arm.toml", force=True)
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")

@@ -304,16 +304,13 @@ arm = lostmotion.read("one-joint.toml")
 print(lostmotion.joints(arm), "joints" in dir(lostmotion), type(arm.joints[0].gearbox).__name__)
 from lostmotion.runs.job import made_with
 print(made_with()["acme-robots"])
-"""
-    assert outside.run("-c", code) == "['A'] True SpurGearbox\n1.2\n"
-    code = """
 from lostmotion.propagation.error_samples import Drawn
 from lostmotion.propagation.figures import figures_of
 from tests.arms import small_study
 errors = small_study(poses=8, robots=4, visits=2).errors
 print("p25" in figures_of(errors), errors.quantile(0.25) == figures_of(errors)["p25"].of(errors))
 """
-    assert outside.run("-c", code) == "True True\n"
+    assert outside.run("-c", code) == "['A'] True SpurGearbox\n1.2\nTrue True\n"
 
 
 BROKEN = {

@@ -7,6 +7,7 @@ Write the page with `python -m tests.docs.validation > docs/validation.md`.
 from __future__ import annotations
 
 import ast
+import functools
 import sys
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -59,12 +60,13 @@ class Comparison(NamedTuple):
     tests: tuple[str, ...]
 
 
-def comparisons() -> list[Comparison]:
+@functools.cache
+def comparisons() -> tuple[Comparison, ...]:
     """Return what the tests state, in the order of the page."""
     order = [*SECTIONS]
     files = sorted((ROOT / "tests").rglob("test_*.py"), key=lambda path: path.name)
     found = [each for path in files for each in _stated(path)]
-    return sorted(found, key=lambda each: order.index(_folder(ROOT / each.tests[0])))
+    return tuple(sorted(found, key=lambda each: order.index(_folder(ROOT / each.tests[0]))))
 
 
 def _folder(path: Path) -> str:

@@ -15,7 +15,7 @@ from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import length
 from lostmotion.runs.blocks import COLUMNS
-from tests.command import carried_out_by_process as ran
+from tests.command import carried_out as ran
 from tests.runs.conftest import ARM, SWEEP
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

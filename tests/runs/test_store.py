@@ -28,7 +28,7 @@ from lostmotion.runs.lock import lock
 from lostmotion.runs.store import Store
 from lostmotion.runs.stream import poses_between
 from lostmotion.runs.summary import summarise
-from tests.command import carried_out_by_process as lostmotion
+from tests.command import carried_out as lostmotion
 from tests.runs.conftest import ARM, tree
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -20,7 +20,7 @@ from lostmotion.io.sweep import Axis, changes, designs
 from lostmotion.io.sweep_designs import read_design, read_sweep
 from lostmotion.runs.design_names import design_name, short_keys, short_labels
 from lostmotion.units import read_quantity
-from tests.command import carried_out_by_process as ran
+from tests.command import carried_out as ran
 from tests.runs.conftest import ARM, COUNTS, SWEEP, tree
 
 SMALL = {"poses": 64, "robots": 20, "visits": 3, "block": 8}

@@ -115,6 +115,7 @@ def test_force_replaces_another_run_and_continues_the_same(arm, tmp_path):
     """Without it another number of robots is refused and nothing is touched; with it the folder is
     that of a run from the start, to the last byte.
     """
+    arm.write_text(ARM.replace('"joints.B.gearbox" = ["small", "big"]\n', ""), encoding="utf-8")
     out = tmp_path / "run"
     lostmotion.sweep(arm, out=out, **SMALL).report()
     before = (out / "result.json").read_bytes()

@@ -42,8 +42,9 @@ CLOSED = {
     "reporting/arm_picture.py": "marks of passive joints and closures",
 }
 
-# Each file is read by most of the rules.
+# Each file is read, and each of its nodes visited, by most of the rules.
 parsed = functools.cache(ast.parse)
+nodes = functools.cache(lambda tree: tuple(ast.walk(tree)))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -51,6 +52,7 @@ def forgotten():
     """Free the syntax trees, some hundred megabytes, after the last rule."""
     yield
     parsed.cache_clear()
+    nodes.cache_clear()
 
 
 def kinds_asked(text: str) -> list[str]:
@@ -60,7 +62,7 @@ def kinds_asked(text: str) -> list[str]:
     tree = parsed(text)
     parts = {
         name.asname or name.name
-        for node in ast.walk(tree)
+        for node in nodes(tree)
         if isinstance(node, ast.ImportFrom)
         and (node.module or "").startswith("lostmotion.parts")
         and node.module not in FORMS
@@ -79,7 +81,7 @@ def kinds_asked(text: str) -> list[str]:
                 for name in _names(target)
             }
     found = []
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             asked = (
                 _names(node.args[1]) & parts
@@ -161,11 +163,8 @@ def test_no_name_of_a_term_or_cause_is_read_by_a_pattern():
 
 def _imported(tree: ast.AST) -> set[str]:
     return {
-        alias.name
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Import)
-        for alias in node.names
-    } | {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        alias.name for node in nodes(tree) if isinstance(node, ast.Import) for alias in node.names
+    } | {node.module or "" for node in nodes(tree) if isinstance(node, ast.ImportFrom)}
 
 
 def test_a_file_is_short_enough_to_read():
@@ -195,7 +194,7 @@ def test_no_two_classes_have_the_same_name():
     classes = [
         node.name
         for path in FILES.values()
-        for node in ast.walk(parsed(path.read_text("utf-8")))
+        for node in nodes(parsed(path.read_text("utf-8")))
         if isinstance(node, ast.ClassDef)
     ]
     assert {name for name in classes if classes.count(name) > 1} == set()
@@ -221,7 +220,7 @@ def classes_by_parameter(trees: Iterable[ast.AST]) -> dict[str, set[str]]:
     """
     out: dict[str, set[str]] = {}
     for tree in trees:
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
                 continue
             for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
@@ -257,7 +256,7 @@ def unused(modules: dict[str, ast.Module]) -> set[str]:
     for module, tree in modules.items():
         names = {
             alias.asname or alias.name: f"{node.module}.{alias.name}"
-            for node in ast.walk(tree)
+            for node in nodes(tree)
             if isinstance(node, ast.ImportFrom)
             for alias in node.names
         }
@@ -333,7 +332,7 @@ def closed_asked(text: str) -> bool:
     """Return whether a source reads the closures of an arm or of its tree."""
     return any(
         isinstance(node, ast.Attribute) and node.attr in {"closures", "welds"}
-        for node in ast.walk(parsed(text))
+        for node in nodes(parsed(text))
     )
 
 

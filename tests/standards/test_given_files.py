@@ -52,7 +52,11 @@ def test_a_measured_robot_is_compared_at_its_commanded_poses():
     of the figures of a test cube that they are not compared.
     """
     sheet = lostmotion.iso9283(
-        EXAMPLES / "six-axis.toml", measured=GIVEN / "six-axis.csv", robots=20
+        EXAMPLES / "six-axis.toml",
+        measured=GIVEN / "six-axis.csv",
+        cube="300 mm",
+        centre="900 mm, 0 mm, 600 mm",
+        robots=20,
     ).sheet
     assert "robots predicted at the 5 commanded poses of the file" in sheet.verdict
     assert "Not compared, predicted in a test cube" in sheet.verdict

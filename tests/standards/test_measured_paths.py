@@ -4,6 +4,7 @@ input.
 
 import math
 from dataclasses import astuple, replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from lostmotion.error_model.worst_plane import (
 from lostmotion.io.measured.visits import Visits
 from lostmotion.laws.iso9283 import PATH_FIGURES, across_path, crossings, path_figures
 from lostmotion.spatial import pose_of
+from lostmotion.standards import measured_paths
 from lostmotion.standards.measured_robot import evaluate
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -97,6 +99,16 @@ def line(cycles=10, count=40, rng=None):
 def path_of(visits):
     """Evaluate the only path."""
     return evaluate(visits).loads[0].paths[0]
+
+
+def figures_of(visits):
+    """Evaluate the only path without the intervals of its figures, which are most of the work."""
+    with mock.patch.multiple(
+        measured_paths,
+        largest_mean=lambda *_: measured_paths.UNKNOWN,
+        largest_scatter=lambda *_: measured_paths.UNKNOWN,
+    ):
+        return path_of(visits)
 
 
 def across_two():
@@ -213,7 +225,7 @@ def test_loops_by_the_definitions_say_the_same(seed, cycles, count):
     attained = (
         line(cycles, count, rng) + rng.normal(0, 1e-5, (cycles, 1, 3)) + rng.normal(0, 3e-4, 3)
     )
-    found = path_of(readings(attained))
+    found = figures_of(readings(attained))
     accuracy, repeat = by_hand(attained, len(found.places))
     assert found.figures[0] == pytest.approx(accuracy, rel=1e-9)
     assert found.figures[1] == pytest.approx(repeat, rel=1e-9)
@@ -435,17 +447,19 @@ def test_half_a_path_with_the_same_offset_is_not_taken_to_differ(parts):
     assert 0.79 <= np.mean(held) <= 0.96
 
 
-@pytest.mark.parametrize("count", [10, 30])
-def test_planes_that_few_cycles_show_as_equal_are_not_assumed_equal(count):
+@pytest.mark.parametrize(("count", "tests"), [(10, 40), (30, 12)])
+def test_planes_that_few_cycles_show_as_equal_are_not_assumed_equal(count, tests):
     """For independent isotropic planes a log deviation has the variance psi'(n - 1) / 4, and the
     mean of twenty a twentieth of it.
 
     In ten cycles any two planes seem correlated by a third; simulated with the sample correlations
     the mean would have twice the scatter. A sample covariance is also less isotropic than the true
     one, which would raise the scatter of a single deviation by a fifth.
+
+    Of thirty cycles the scatters differ by a twenty-fifth from test to test, of ten by a sixth.
     """
     rng, single, combined = np.random.default_rng(7), [], []
-    for _ in range(40):
+    for _ in range(tests):
         errors = rng.standard_normal((count, 20, 2))
         errors -= errors.mean(axis=0)
         spreads, _ = simulated_tests(
@@ -570,7 +584,7 @@ def test_at_shared_places_the_figures_are_those_of_the_readings(seed, cycles, co
             },
         )
         visits = more.picked(order)
-    found = path_of(visits)
+    found = figures_of(visits)
     assert found.shared
     assert len(found.places) == count
     assert found.figures[:2] == pytest.approx(by_definition(errors), rel=1e-9)
@@ -583,7 +597,7 @@ def test_a_repeatability_is_not_smoothed_where_every_cycle_was_read_elsewhere():
     rng, one, moved, interpolated = np.random.default_rng(12), across_two()[0], [], []
     for _ in range(60):
         attained, noise = line(10, 30, rng), 1e-4 * rng.normal(size=(10, 30, 1))
-        found = path_of(readings(attained + noise * one))
+        found = figures_of(readings(attained + noise * one))
         assert not found.shared
         moved.append(found.profile[1, 1:-1].mean())
         ways = np.linalg.norm(attained - START, axis=2)

@@ -324,15 +324,18 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
             q,
             approach=path_approach(q, found.approach[DISTANCE[0]]),
         )
-        for cycle in range(found.path_cycles):
-            for k, place in enumerate(places):
-                draws = draws_of(
-                    matrix, k, found.seed, 2000 + 200 * number + k, np.array([2]), np.array([cycle])
-                )
-                attained = place + (matrix.tool[k, 3:] @ draws)[:, 0]
-                rows.append(
-                    f",P2-P4,{cycle + 1},{100 * load:g},{','.join(f'{1e3 * x:.9f}' for x in attained)},,,"
-                )
+        cycles, attained = np.arange(found.path_cycles), []
+        for k, place in enumerate(places):
+            number_of_place = 2000 + 200 * number + k
+            draws = draws_of(
+                matrix, k, found.seed, number_of_place, np.full_like(cycles, 2), cycles
+            )
+            attained.append(place + (matrix.tool[k, 3:] @ draws).T)
+        for cycle, points in enumerate(np.stack(attained, axis=1)):
+            rows += [
+                f",P2-P4,{cycle + 1},{100 * load:g},{','.join(f'{1e3 * x:.9f}' for x in at)},,,"
+                for at in points
+            ]
     path = tmp_path / "path.csv"
     path.write_text(
         "pose,path,cycle,load [%],x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n" + "\n".join(rows),

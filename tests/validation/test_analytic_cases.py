@@ -199,11 +199,8 @@ def test_the_examples_are_many_points(path):
             strict=True,
         )
     )
-    drawn = draws(matrix, uniform)
-    lengths = [
-        np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0)
-        for p in range(32)
-    ]
+    displaced = displacements(matrix, uniform)
+    lengths = [np.linalg.norm(displaced(p), axis=0) for p in range(32)]
     exact = np.array(
         [np.r_[one.mean(), one.std(), np.quantile(one, found.levels)] for one in lengths]
     )
@@ -244,10 +241,10 @@ def test_every_example_against_plain_samples(path):
         stream: rng.random(count)
         for stream in dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)
     }
-    drawn = draws(matrix, uniform)
+    displaced = displacements(matrix, uniform)
     wrong = 0
     for p in range(0, 32, 4):
-        lengths = np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0)
+        lengths = np.linalg.norm(displaced(p), axis=0)
         off = [found.mean_uncertainty[p], *found.quantiles_uncertainty[p]]
         for level, own, uncertainty in zip(
             (None, *found.levels), (found.mean[p], *found.quantiles[p]), off, strict=True
@@ -276,14 +273,26 @@ def draws(matrix, uniform):
     return out
 
 
-def with_plays(matrix, drawn, uniform, pose):
-    """Return the draws (column, sample) at one pose, where loads close plays in a share of the
-    robots.
+def displacements(matrix, uniform):
+    """Return a function that gives the displacements (axis, sample) at a pose, where loads close
+    plays in a share of the robots.
     """
-    out = drawn.copy()
+    drawn, together = draws(matrix, uniform), {}
     for k, info in enumerate(matrix.infos):
-        if info.closing is not None:
-            out[k] *= standardised(
-                uniform["closing", info.closing.stream.name], matrix.closed[info.closing.row, pose]
-            )
-    return out
+        closing = info.closing
+        key = None if closing is None else (closing.stream.name, closing.row)
+        together.setdefault(key, []).append(k)
+    # Columns whose plays close together, with what is drawn for them.
+    groups = [(key, columns, drawn[columns]) for key, columns in together.items()]
+
+    def of(pose):
+        out = 0.0
+        for key, columns, each in groups:
+            moved = matrix.tool[pose, 3:][:, columns] @ each
+            if key is not None:
+                name, row = key
+                moved *= standardised(uniform["closing", name], matrix.closed[row, pose])
+            out = out + moved
+        return out
+
+    return of
