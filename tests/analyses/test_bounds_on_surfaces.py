@@ -19,6 +19,8 @@ from lostmotion.live_view.session import LiveArm
 from lostmotion.reporting.layout import row_at
 from tests.reporting.first_screen import first_screen
 
+pytestmark = pytest.mark.usefixtures("few_samples")
+
 HEAD = 'name = "three"\n[payload]\nmass = "2 kg"\n'
 DRIVE = (
     'ratio = 100, stiffness = "8 N m/arcmin", backlash = "1 arcmin ± 0.3 arcmin", hysteresis = '
@@ -113,17 +115,19 @@ def run_in(folder):
 
 SHEETS = {
     "study": lambda arm, _: lostmotion.study(
-        arm, poses=16, robots=20, visits=3, target="2 mm", zone="x 0..1 m"
+        arm, poses=8, robots=8, visits=3, target="2 mm", zone="x 0..1 m"
     ),
-    "study without sampling": lambda arm, _: lostmotion.study(arm, poses=16, method="analytic"),
+    "study without sampling": lambda arm, _: lostmotion.study(arm, poses=8, method="analytic"),
     "target of error": lambda arm, _: lostmotion.target(
-        arm, error="20 mm", poses=16, robots=20, visits=2
+        arm, error="20 mm", poses=8, robots=20, visits=2
     ),
     "target of RP": lambda arm, _: lostmotion.target(
-        arm, rp_any="20 mm", poses=16, robots=20, visits=3
+        arm, rp_any="20 mm", poses=8, robots=20, visits=3
     ),
-    "map": lambda arm, _: lostmotion.map(arm, poses=2048, cell="200 mm", target="2 mm"),
-    "iso9283": lambda arm, _: lostmotion.iso9283(arm, robots=20, visits=3, floor="-1 m"),
+    "map": lambda arm, _: lostmotion.map(arm, poses=256, cell="400 mm", target="2 mm"),
+    "iso9283": lambda arm, _: lostmotion.iso9283(
+        arm, robots=20, visits=3, cube="100 mm", centre="700 mm, 0 mm, 500 mm"
+    ),
     "size by limits": lambda arm, _: lostmotion.size(arm, poses=8),
     "size for a target": lambda arm, _: lostmotion.size(arm, target="20 mm", poses=8),
     "sweep": lambda _, folder: lostmotion.sweep(arm_file(folder), out=folder / "run", **FEW),
@@ -131,7 +135,7 @@ SHEETS = {
     "compare": lambda arm, folder: lostmotion.compare(
         arm, arm_of(folder, text_of(), "other"), poses=8, robots=8, visits=3
     ),
-    "statics": lambda arm, _: lostmotion.statics(arm, poses=16),
+    "statics": lambda arm, _: lostmotion.statics(arm, poses=8),
     "task": lambda arm, _: lostmotion.task(
         arm,
         {
@@ -297,7 +301,7 @@ def test_an_encoder_describes_no_drive(tmp_path):
         '[[joints]]\nname = "{}"\ntype = "revolute"\naxis = "-y"\nlimits = ["0 deg", "90 deg"]\n'
     )
     arm = arm_of(tmp_path, HEAD + joint.format("A") + few + joint.format("B") + few)
-    sheet = lostmotion.study(arm, poses=16, robots=20, visits=3).sheet
+    sheet = lostmotion.study(arm, poses=8, robots=8, visits=3).sheet
     assert sheet.verdict.startswith("At least ")
     assert (
         ": backlash, stiffness, hysteresis and 3 more kinds of error are not described."
@@ -312,9 +316,7 @@ def test_an_encoder_describes_no_drive(tmp_path):
         + few,
     )
     assert states(bare).missing["A"] == ("backlash", "stiffness", "hysteresis", "bearing")
-    assert lostmotion.study(bare, poses=16, robots=20, visits=3).sheet.verdict.startswith(
-        "At least "
-    )
+    assert lostmotion.study(bare, poses=8, robots=8, visits=3).sheet.verdict.startswith("At least ")
 
 
 def test_what_no_real_arm_needs_is_no_bound(tmp_path):
