@@ -25,6 +25,7 @@ from tests.command import carried_out, carried_out_by_process
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 Z_ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
+PLANAR = Z_ARM.with_name("planar-2r.toml")
 TILT = math.radians(10)
 
 
@@ -262,18 +263,18 @@ def test_the_command_prints_and_writes(tmp_path):
     """`lostmotion statics` prints the sheet and writes page and data; twice the same bytes; --json
     prints what is written and writes nothing.
     """
-    first = ran(Z_ARM, "--tilt", "10 deg", "--poses", 8, "--full", cwd=tmp_path)
+    first = ran(PLANAR, "--tilt", "10 deg", "--poses", 8, "--full", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "Compliance by part" in first.stdout
-    folder = tmp_path / "z-arm-statics"
+    folder = tmp_path / "planar-2r-statics"
     assert sorted(each.name for each in folder.iterdir()) == ["report.html", "result.json"]
-    words = ("statics", Z_ARM, "--tilt", "10 deg", "--poses", 8)
+    words = ("statics", PLANAR, "--tilt", "10 deg", "--poses", 8)
     again = carried_out_by_process(*words, "--out", "again", cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     for name in ("report.html", "result.json"):
         assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
     (tmp_path / "empty").mkdir()
-    as_json = ran(Z_ARM, "--tilt", "10 deg", "--poses", 8, "--json", cwd=tmp_path / "empty")
+    as_json = ran(PLANAR, "--tilt", "10 deg", "--poses", 8, "--json", cwd=tmp_path / "empty")
     assert json.loads(as_json.stdout) == json.loads(
         (folder / "result.json").read_text(encoding="utf-8")
     )
