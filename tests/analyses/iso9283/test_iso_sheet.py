@@ -231,7 +231,7 @@ def test_a_load_that_no_column_names_is_named_for_the_file():
     """A third load is predicted as well, for comparison; without an arm the sheet has the measured
     robot only.
     """
-    found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, visits=3, load="50 %")
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, load="50 %")
     assert {each.load for each in found.compared} == {0.5}
     assert [sheet.load for sheet in found.predicted.loads] == [1.0, 0.1]
     assert lostmotion.iso9283(measured=[VISITS], load=[0.5]).measured.loads[0].load == 0.5
@@ -249,11 +249,11 @@ def test_the_measured_path_is_the_one_predicted(tmp_path):
         + other_path(text),
         encoding="utf-8",
     )
-    found = lostmotion.iso9283(lostmotion.read(Z_ARM), path, robots=3, visits=2)
+    found = lostmotion.iso9283(lostmotion.read(Z_ARM), path, robots=3)
     assert found.predicted.path_ends == (4, 2)
     assert {each.pose for each in found.compared if each.name == "AT_p"} == {"P5-P3"}
     assert lostmotion.iso9283(
-        lostmotion.read(Z_ARM), path, robots=3, visits=2, path=("P2", "P4")
+        lostmotion.read(Z_ARM), path, robots=3, path=("P2", "P4")
     ).predicted.path_ends == (1, 3)
 
 
@@ -290,7 +290,7 @@ def test_the_measured_file_is_read_once(monkeypatch):
     monkeypatch.setattr(
         visit_file, "read_measured", lambda *words: seen.append(words) or kept(*words)
     )
-    lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2, visits=2)
+    lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2)
     assert len(seen) == 1
 
 
@@ -299,7 +299,7 @@ def test_other_poses_are_compared_where_the_robot_was_sent():
     file, and the headline says so.
     """
     found = lostmotion.iso9283(
-        lostmotion.read(Z_ARM), VISITS, robots=4, visits=3, cube=0.3, centre=(0.52, 0.0, 1.0)
+        lostmotion.read(Z_ARM), VISITS, robots=4, cube=0.3, centre=(0.52, 0.0, 1.0)
     )
     # in the order in which the robot visited them
     assert found.commanded.names == ("P5", "P4", "P3", "P2", "P1")
@@ -333,7 +333,7 @@ def test_a_cube_of_other_corners_is_compared_at_its_commands(tmp_path):
     heads = "pose;cycle;xc [mm];yc [mm];zc [mm];x [mm];y [mm];z [mm]"
     path.write_text("\n".join([heads, *lines]), encoding="utf-8")
     found = lostmotion.iso9283(
-        lostmotion.read(Z_ARM), path, robots=4, visits=3, cube=None, centre=None
+        lostmotion.read(Z_ARM), path, robots=4, visits=5, cube=None, centre=None
     )
     assert found.commanded.names == tuple(at)
     np.testing.assert_allclose(
