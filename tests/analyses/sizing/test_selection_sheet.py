@@ -276,7 +276,7 @@ def test_a_target_out_of_reach_is_reported_with_the_largest_effect(tmp_path):
     """Where no selection meets the target: the most accurate, the largest effect, no sized arm, and
     a trade-off around its error.
     """
-    arm = z_arm()
+    arm = lostmotion.read(Z_ARM)
     stated_request = asked(tmp_path, OFFER, arm, target="0.2 mm")
     found = found_for(stated_request, arm, stated_request.plan.target)
     assert not found.meets_target
