@@ -9,6 +9,8 @@ import pytest
 
 import lostmotion
 
+pytestmark = pytest.mark.usefixtures("few_samples")
+
 HEAD = 'name = "assumed"\npresets = { revolute = "hobby servo", link = "printed PLA" }\n'
 JOINTS = "".join(
     f'[[joints]]\nname = "{name}"\ntype = "revolute"\naxis = "{axis}"\nlimits = ["-90 deg", '
@@ -22,9 +24,9 @@ ONE_DIGIT = r"0*\.?0*[1-9]0*"
 
 TABLES = ("map", "rp100", "target")
 ASKED = {
-    "map": lambda path: lostmotion.map(path, poses=256, cell="100 mm", per_cell=2),
+    "map": lambda path: lostmotion.map(path, poses=64, cell="200 mm", per_cell=2),
     "iso9283": lambda path: lostmotion.iso9283(path, robots=100),
-    "target": lambda path: lostmotion.target(path, error="5 mm", poses=64, robots=32, visits=3),
+    "target": lambda path: lostmotion.target(path, error="5 mm", poses=8, robots=20, visits=3),
 }
 
 
@@ -87,7 +89,7 @@ def test_a_comparison_of_assumed_arms_has_one_digit(arm, tmp_path):
     """
     other = tmp_path / "other.toml"
     other.write_text(ARM.replace("50 g", "150 g"), "utf-8")
-    sheet = lostmotion.compare(arm, other, poses=64, robots=32, visits=3).sheet
+    sheet = lostmotion.compare(arm, other, poses=8, robots=8, visits=3).sheet
     assert "Every drive is assumed (hobby servo)" in dict(sheet.brief)["Trust"]
     bars = [f"{bar.figure} {bar.effect}" for block in sheet.bars for bar in block.bars]
     found = re.findall(LENGTH, " ".join([sheet.verdict, dict(sheet.brief)["Sag"], *bars]))
@@ -126,7 +128,7 @@ def test_a_run_of_an_assumed_arm_and_its_replay_have_one_digit(arm, tmp_path):
     swept = {"payload.mass": ["50 g", "150 g"]}
     for by in (None, swept):
         run = lostmotion.sweep(
-            arm, by=by, poses=64, robots=32, visits=3, out=tmp_path / f"run{by is None}"
+            arm, by=by, poses=8, robots=8, visits=3, out=tmp_path / f"run{by is None}"
         )
         sheet = run.sheet
         assert "Every drive is assumed (hobby servo)" in sheet.verdict
@@ -160,7 +162,7 @@ def test_sized_links_of_an_assumed_arm_have_errors_of_one_digit(arm):
     """In the headline, on the card and in the table of `size`; slopes and deflections of the links
     rest on no drive.
     """
-    sheet = lostmotion.size(arm, slope="30 arcmin", deflection=200, poses=16).sheet
+    sheet = lostmotion.size(arm, slope="30 arcmin", deflection=200, poses=8).sheet
     assert "Every drive is assumed (hobby servo)" in sheet.verdict
     error = next(card for card in sheet.cards if "r.m.s." in card.title)
     found = re.findall(LENGTH, f"{error.number} {error.quiet} ")

@@ -12,7 +12,10 @@ import lostmotion
 from lostmotion.analyses.sizing.page.selection import not_counted
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.upper_limits import limit_shares
+from tests.arms import arm_of as any_arm
 from tests.reporting.first_screen import first_screen
+
+pytestmark = pytest.mark.usefixtures("few_samples")
 
 JOINT = """[[joints]]
 name = "{name}"
@@ -59,7 +62,7 @@ def arm_of(tmp_path, values, **more):
 def test_typical_values_bring_the_repeatability_down_by_their_share(tmp_path):
     """Where a loop of 1' at its maker's limit drives RP, one of 0.1' makes a tenth of it."""
     limit, typical = (
-        lostmotion.study(arm_of(tmp_path, values), poses=64, robots=32, visits=30)
+        lostmotion.study(arm_of(tmp_path, values), poses=8, robots=8, visits=30)
         .sampled.robot_means[:, :, 2]
         .mean()
         for values in ("limit", "typical")
@@ -73,7 +76,7 @@ def test_the_headline_of_a_study_names_the_limit_and_bounds_nothing_where_kinds_
 ):
     """Both routes; with typical values no limit is named."""
     limit = lostmotion.study(
-        arm_of(tmp_path, "limit"), poses=64, robots=32, visits=4, method=method
+        arm_of(tmp_path, "limit"), poses=8, robots=8, visits=4, method=method
     ).sheet
     assert "95 % of positions within 0." in limit.verdict
     assert "within at most" not in first_screen(limit)
@@ -84,7 +87,7 @@ def test_the_headline_of_a_study_names_the_limit_and_bounds_nothing_where_kinds_
     if method == "montecarlo":
         assert "RP, ISO cycle" in first_screen(limit)
     typical = lostmotion.study(
-        arm_of(tmp_path, "typical"), poses=64, robots=32, visits=4, method=method
+        arm_of(tmp_path, "typical"), poses=8, robots=8, visits=4, method=method
     ).sheet
     assert "at most" not in first_screen(typical)
     assert "upper limit" not in first_screen(typical)
@@ -100,7 +103,7 @@ def test_a_joint_taken_as_perfect_beside_a_limit_leaves_no_bound(tmp_path):
     path.write_text(
         text_of("limit").replace("[[reducers]]", extra + "[[reducers]]", 1), encoding="utf-8"
     )
-    sheet = lostmotion.study(lostmotion.read(path), poses=16, robots=32, visits=4).sheet
+    sheet = lostmotion.study(lostmotion.read(path), poses=8, robots=8, visits=4).sheet
     assert sheet.verdict.startswith("Expect 95 % of positions within 0.")
     assert ", though nothing is described for D (taken as perfect)" in sheet.verdict
     assert sheet.facts["states"]["bound"] == "neither"
@@ -135,9 +138,7 @@ def test_a_limit_bounds_an_error_only_where_every_kind_is_described(tmp_path, le
     path = tmp_path / "arm.toml"
     lines = [line for line in FULL.splitlines() if not left_out or not line.startswith(left_out)]
     path.write_text("\n".join(['name = "x"', *lines, ROWS]), encoding="utf-8")
-    sheet = lostmotion.study(
-        lostmotion.read(path), poses=16, robots=32, visits=4, method="analytic"
-    ).sheet
+    sheet = lostmotion.study(lostmotion.read(path), poses=8, method="analytic").sheet
     assert ("within at most" in sheet.verdict) == bounded
     assert sheet.cards[0].number.startswith("≤ ") == bounded
 
@@ -146,14 +147,15 @@ def test_the_sheet_of_iso_9283_names_the_limits(tmp_path):
     """Loops at their makers' limits are named; they bound no figure, since kinds of error are not
     described.
     """
-    sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, visits=4).sheet
+    asked = {"robots": 20, "visits": 4, "cube": "100 mm", "centre": "700 mm, 0 mm, 0 mm"}
+    sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), **asked).sheet
     assert re.search(r"95 % of arms repeat within [^a:]*: RP_l, any approach", sheet.verdict)
     assert re.search(r"is within [^a:]* of the commanded point", sheet.verdict)
     assert re.search(r", [\d.]+ .?m( \([^)]*\))* with best-fit frames", sheet.verdict)
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict
     # no bound where kinds of errors are not described
     assert [card.number[:2] for card in sheet.cards[:4]] == ["0.", "no", "0.", "0."]
-    typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), robots=50, visits=4).sheet
+    typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), **asked).sheet
     assert "at most" not in typical.verdict
 
 
@@ -206,8 +208,7 @@ def test_sizing_says_what_it_does_not_count():
     """By limits: stresses, prices and motion; for a target besides that only what was offered was
     chosen.
     """
-    arm = lostmotion.read("examples/z-arm.toml")
-    sheet = lostmotion.size(arm, poses=16).sheet
+    sheet = lostmotion.size(any_arm(1), poses=8).sheet
     assert "stresses and buckling of links" in sheet.notes[0]
     assert "prices" in sheet.notes[0]
     assert sheet.facts["not_counted"] == sheet.notes[0]

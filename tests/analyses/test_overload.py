@@ -16,6 +16,8 @@ from lostmotion.cli import app
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.poses import Poses
 
+pytestmark = pytest.mark.usefixtures("few_samples")
+
 _ARM = """
 name = "servo arm"
 [payload]
@@ -88,10 +90,10 @@ def test_a_drive_within_its_rating_is_not_reported(tmp_path):
     [
         ["run", "--poses", "8", "--robots", "10", "--visits", "2"],
         ["run", "--poses", "8", "--method", "analytic"],
-        ["statics"],
+        ["statics", "--poses", "8"],
         ["map", "--poses", "256"],
         ["target", "--error", "5 mm", "--poses", "8", "--robots", "20", "--visits", "2"],
-        ["size"],
+        ["size", "--poses", "8"],
     ],
     ids=lambda words: "-".join(words[:1] + words[3:5]),
 )
@@ -119,7 +121,9 @@ def test_the_iso_sheet_and_a_sweep_warn(tmp_path):
     text = Path("examples/z-arm.toml").read_text(encoding="utf-8")
     file = tmp_path / "z.toml"
     file.write_text(text.replace('mass = "5 kg"\n', 'mass = "25 kg"\n'), encoding="utf-8")
-    sheet = lostmotion.iso9283(lostmotion.read(file), robots=3, visits=2).sheet
+    sheet = lostmotion.iso9283(
+        lostmotion.read(file), robots=3, visits=2, cube="100 mm", centre="700 mm, 0 mm, 400 mm"
+    ).sheet
     assert [warning.split(":")[0] for warning in sheet.warnings] == [
         "joint A is overloaded",
         "joint B is overloaded",

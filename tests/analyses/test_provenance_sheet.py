@@ -18,6 +18,8 @@ from tests.analyses.test_undescribed import urdf
 from tests.io.conftest import EXAMPLES
 from tests.reporting.first_screen import first_screen
 
+pytestmark = pytest.mark.usefixtures("few_samples")
+
 FIVE = "joint_3, joint_4, joint_5, joint_6, joint_7"
 HALF = """
 [gearboxes.g]
@@ -46,7 +48,7 @@ def test_a_half_described_arm_errs_by_at_least_so_much(half):
     """The headline of a study begins with a lower bound and names the joints that are taken as
     perfect; so do the figures that are shown first.
     """
-    sheet = lostmotion.study(half, 32, 8, 3).sheet
+    sheet = lostmotion.study(half, 8, 8, 3).sheet
     assert sheet.verdict.startswith("At least ")
     assert f"nothing is described for {FIVE} (taken as perfect)" in sheet.verdict
     assert "RP, any approach at least" in first_screen(sheet)
@@ -57,9 +59,9 @@ def test_a_half_described_arm_errs_by_at_least_so_much(half):
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda arm: lostmotion.study(arm, 32, method="analytic"),
-        lambda arm: lostmotion.map(arm, poses=4096, cell="300 mm", per_cell=2),
-        lambda arm: lostmotion.target(arm, error="1 mm", poses=32, robots=20, visits=2),
+        lambda arm: lostmotion.study(arm, 8, method="analytic"),
+        lambda arm: lostmotion.map(arm, poses=512, cell="500 mm", per_cell=2),
+        lambda arm: lostmotion.target(arm, error="1 mm", poses=8, robots=20, visits=2),
     ],
     ids=["analytic", "map", "target"],
 )
@@ -76,7 +78,7 @@ def test_a_target_is_met_by_what_is_described_alone(half):
     """The error of a half-described arm is a lower bound and its yield an upper one: in the
     headline and in the figures that are shown first.
     """
-    sheet = lostmotion.target(half, error="20 mm", poses=32, robots=20, visits=2).sheet
+    sheet = lostmotion.target(half, error="20 mm", poses=8, robots=20, visits=2).sheet
     assert "the target of 20 mm is met by what is described." in sheet.verdict
     assert "The yield is at most 100 %" in sheet.verdict
     numbers = {card.title: card.number for card in sheet.cards}
@@ -88,7 +90,7 @@ def test_a_target_is_met_by_what_is_described_alone(half):
 
 def test_a_half_described_arm_is_at_least_this_compliant(half):
     """The compliance on the cards is a lower bound, as in the headline."""
-    numbers = {card.title: card.number for card in lostmotion.statics(half).sheet.cards}
+    numbers = {card.title: card.number for card in lostmotion.statics(half, poses=8).sheet.cards}
     assert numbers["largest compliance"].startswith("≥ ")
 
 
@@ -123,7 +125,7 @@ def test_a_described_arm_is_no_lower_bound():
     values is added to the headline.
     """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    verdict = lostmotion.study(arm, 32, 8, 3).sheet.verdict
+    verdict = lostmotion.study(arm, 8, 8, 3).sheet.verdict
     assert verdict.startswith("Expect 95 % of positions within ")
     assert "least" not in verdict
     assert f"This rests on {states(arm).assumed_count} assumed values" in verdict
@@ -137,7 +139,7 @@ def test_a_described_arm_without_assumed_values_has_none_counted():
         "limits": (-1.0, 1.0),
         "gearbox": {"backlash": 3e-4, "friction_torque": "0.1 N m ± 20 %"},
     }
-    verdict = lostmotion.study(lostmotion.Arm(name="x", joints=(joint,)), 32, 8, 3).sheet.verdict
+    verdict = lostmotion.study(lostmotion.Arm(name="x", joints=(joint,)), 8, 8, 3).sheet.verdict
     assert "assumed" not in verdict
     assert "least" not in verdict
 
@@ -171,8 +173,10 @@ def test_iso_sheet_statics_and_sweep_say_so(tmp_path):
     arm = lostmotion.read(path)
     assert states(arm).ideal_joints == ("roll",)
     sheets = [
-        lostmotion.iso9283(arm, robots=3, visits=2).sheet,
-        statics_sheet(Survey.of(arm, lostmotion.sample_poses(arm, 16))),
+        lostmotion.iso9283(
+            arm, robots=3, visits=2, cube="100 mm", centre="520 mm, 0 mm, 1 m"
+        ).sheet,
+        statics_sheet(Survey.of(arm, lostmotion.sample_poses(arm, 8))),
         lostmotion.sweep(path, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet,
     ]
     for sheet in sheets:

@@ -49,6 +49,8 @@ VALIDATES = (
     ),
 )
 
+pytestmark = pytest.mark.usefixtures("few_samples")
+
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"
 MILL = HERE / "worn-mill.toml"
@@ -103,7 +105,7 @@ def test_it_does_not_matter_which_run_the_study_makes_first():
     that arrive from either side.
     """
     studies = [
-        lostmotion.study(scattering_arm(), 64, robots=30, visits=10, approach=way)
+        lostmotion.study(scattering_arm(), 8, robots=8, visits=4, approach=way)
         for way in ("random", "up")
     ]
     for one, other in zip(*(study.repeats for study in studies), strict=True):
@@ -119,7 +121,7 @@ def test_shares_of_what_rp_is_made_of_are_those_of_the_variances():
     """From one side: uniform dead band and count, cut normal friction; the same of every joint, so
     that any pose has these shares.
     """
-    study = lostmotion.study(scattering_arm(), 64, robots=20, visits=4)
+    study = lostmotion.study(scattering_arm(), 8, robots=8, visits=4)
     cut = 0.97334  # of the variance of a normal distribution, cut at three standard deviations
     band, friction, count = (5e-3 / 50) ** 2 / 3, (0.3 * 1e-4 / 3) ** 2 * cut, (1e-3 / 50) ** 2 / 12
     whole = band + friction + count
@@ -136,7 +138,7 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
     """Both approaches have a block of bars, of the table's own figures and on one scale to 100 %,
     on the page and in the full output alone.
     """
-    study = lostmotion.study(scattering_arm(), 32, robots=20, visits=4)
+    study = lostmotion.study(scattering_arm(), 8, robots=8, visits=4)
     section = next(each for each in study.sheet.sections if each.key == "rp_made_of")
     repeats = {
         row.label.partition(", 95th")[0]: str(row.cells[0]).lstrip("≥ ")
@@ -314,22 +316,22 @@ NAMED = re.compile(r"\bRP(?:_l)?\b(?!, (?:ISO cycle|any approach))")
 def _asked():
     arm = scattering_arm()
     few = {"robots": 20, "visits": 3}
-    yield "study", lostmotion.study(arm, 16, **few)
-    yield "study from above", lostmotion.study(arm, 16, **few, approach="up")
-    yield "study in a zone", lostmotion.study(arm, 64, **few, zone="z -1..1 m")
-    yield "study until", lostmotion.study(arm, 16, **few, until="50 %", most_robots=40)
+    yield "study", lostmotion.study(arm, 8, **few)
+    yield "study from above", lostmotion.study(arm, 8, **few, approach="up")
+    yield "study in a zone", lostmotion.study(arm, 8, **few, zone="z -1..1 m")
+    yield "study until", lostmotion.study(arm, 8, **few, until="50 %", most_robots=40)
     yield (
         "compare",
-        lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=16, **few),
+        lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=8, **few),
     )
     yield (
         "compare from below",
         lostmotion.compare(
-            arm, arm.model_copy(update={"name": "other"}), poses=16, **few, approach="down"
+            arm, arm.model_copy(update={"name": "other"}), poses=8, **few, approach="down"
         ),
     )
     for key in ("rp_iso", "rp_any"):
-        yield f"target {key}", lostmotion.target(arm, **{key: "0.5 mm"}, poses=16, **few)
+        yield f"target {key}", lostmotion.target(arm, **{key: "0.5 mm"}, poses=8, **few)
 
 
 @pytest.mark.parametrize(
@@ -402,11 +404,11 @@ def results():
 def test_the_old_target_on_repeatability_asks_which_one_is_meant():
     """Without a side it is ambiguous; with one it is that of the ISO cycle, as before."""
     with pytest.raises(lostmotion.InputError, match="rp_iso"):
-        lostmotion.target(scattering_arm(), repeatability="0.5 mm", poses=16, robots=20, visits=3)
+        lostmotion.target(scattering_arm(), repeatability="0.5 mm", poses=8, robots=20, visits=3)
     old = lostmotion.target(
-        scattering_arm(), repeatability="0.5 mm", approach="up", poses=16, robots=20, visits=3
+        scattering_arm(), repeatability="0.5 mm", approach="up", poses=8, robots=20, visits=3
     )
-    new = lostmotion.target(scattering_arm(), rp_iso="0.5 mm", poses=16, robots=20, visits=3)
+    new = lostmotion.target(scattering_arm(), rp_iso="0.5 mm", poses=8, robots=20, visits=3)
     assert (old.current.value, old.current.low, old.approach) == (
         new.current.value,
         new.current.low,
@@ -418,7 +420,7 @@ def test_a_target_on_rp_is_not_met_by_what_is_not_described():
     """Where no described error differs between visits a repeatability is unknown, and a target on
     it is refused; backlash that no load closes scatters if the side is drawn, and only then.
     """
-    words = {"poses": 16, "robots": 20, "visits": 3}
+    words = {"poses": 8, "robots": 20, "visits": 3}
     with pytest.raises(lostmotion.InputError, match="no described error differs between visits"):
         lostmotion.target(EXAMPLES / "planar-2r.toml", rp_any="1 mm", **words)
     text = (EXAMPLES / "planar-2r.toml").read_text("utf-8")

@@ -11,9 +11,9 @@ from lostmotion.error_model.remedies import EVERY_STAGE
 from lostmotion.propagation.montecarlo import sensitivity
 from tests.command import carried_out
 
-ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
+ARM = Path(__file__).parents[3] / "examples" / "scara.toml"
 QUICK = ("--poses", "32", "--robots", "40", "--visits", "3")
-AT = "O=10deg A=20deg B=-30deg C=0deg roll=5deg"
+AT = "shoulder=10deg elbow=-30deg lift=50mm turn=5deg"
 
 
 def run(*words, cwd):
@@ -52,7 +52,7 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
         for section in json.loads((tmp_path / "out" / "result.json").read_text())["sections"]
     }
     assert {f"{what}_at_{k}" for what in ("budget", "causes") for k in (1, 2, 3)} <= set(sections)
-    assert "O 10.0°" in sections["budget_at_1"]["title"]
+    assert "shoulder 10.0°" in sections["budget_at_1"]["title"]
     assert "pose 3" in sections["budget_at_2"]["title"]
     assert "z 0 … 2000 mm" in sections["budget_at_3"]["title"]
     for k in (1, 2, 3):
@@ -73,12 +73,14 @@ def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
     samples, since none of it was sampled.
     """
     told = {}
-    for method in ("analytic", "montecarlo"):
-        words = ("--at", "3", "--zone", "z 0..2 m", "--method", method, "--out", method)
+    for method, out in (("analytic", ("--out", "out")), ("montecarlo", ("--json",))):
+        words = ("--at", "3", "--zone", "z 0..2 m", "--method", method, *out)
         done = run(*words, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
-        assert "largest contributor: " in (tmp_path / method / "report.html").read_text()
-        sections = json.loads((tmp_path / method / "result.json").read_text())["sections"]
+        written = tmp_path / "out" / "result.json"
+        text = done.stdout if "--json" in out else written.read_text()
+        assert "largest contributor: " in text
+        sections = json.loads(text)["sections"]
         told[method] = {
             section["key"]: [(row["label"], row["figures"]) for row in section["rows"]]
             for section in sections
@@ -91,7 +93,8 @@ def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
             assert [figure["value"] for figure in figures] == [
                 figure["value"] for figure in by_samples[label]
             ], (key, label)
-    page = (tmp_path / "analytic" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "largest contributor: " in page
     assert all(
         f'id="plot-{plot}"' in page
         for plot in ("levels", "budget", "causes", "budget-at-1", "budget-at-2")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.accuracy import drive_classes as classes_of_drive
 from lostmotion.accuracy.drive_classes import class_figures
 from lostmotion.catalogue.drive_classes import drive_classes
 from lostmotion.io.drive_classes import class_of_arm, with_class
@@ -43,6 +44,16 @@ INERTIA = '<inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/>'
 LIMIT = '<limit lower="-1.9" upper="1.9" effort="10" velocity="10"/>'
 
 
+@pytest.fixture(scope="module")
+def of_ur5e(tmp_path_factory):
+    """Return a UR5e of assumed drives, and its figures by class."""
+    path = tmp_path_factory.mktemp("ur5e") / "robot.urdf"
+    shutil.copy(EXAMPLES / "ur5e.urdf", path)
+    lostmotion.new(urdf=path).report()
+    arm = lostmotion.read(path)
+    return arm, class_figures(arm)
+
+
 @pytest.fixture
 def ur5e(tmp_path):
     """Copy the URDF of a UR5e and write its first sidecar."""
@@ -53,6 +64,14 @@ def ur5e(tmp_path):
 
 
 @pytest.fixture
+def few_poses(monkeypatch):
+    """Find the figures of each class at 8 poses in place of 64, where words, keys and order are
+    checked and not their size.
+    """
+    monkeypatch.setattr(classes_of_drive, "POSES", 8)
+
+
+@pytest.fixture
 def printed(tmp_path):
     """Write a small printed arm without a sidecar."""
     path = tmp_path / "printed.urdf"
@@ -60,11 +79,12 @@ def printed(tmp_path):
     return path
 
 
+@pytest.mark.usefixtures("few_poses")
 def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e):
     """In one sentence: assumed by class, the range of accuracy and repeatability, the arm's own
     class; no interval, and no number of more digits.
     """
-    study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
+    study = lostmotion.study(ur5e, poses=8, robots=8, visits=3)
     sentence = study.sheet.verdict.partition(". ")[0]
     assert sentence.startswith(
         "Assumed by class of drive, stepper to industrial: expect 95 % of positions within "
@@ -80,11 +100,12 @@ def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e)
     )
 
 
+@pytest.mark.usefixtures("few_poses")
 def test_the_table_and_the_result_hold_the_class_and_its_neighbours(ur5e):
     """Three classes side by side, in SI in result.json, the arm's own marked; better drives give
     smaller figures.
     """
-    study = lostmotion.study(ur5e, poses=64, method="analytic")
+    study = lostmotion.study(ur5e, poses=8, method="analytic")
     (section,) = (each for each in study.sheet.sections if each.key == "drive_classes")
     assert [row.label for row in section.rows] == [
         "as stepper arm",
@@ -107,11 +128,12 @@ def test_a_stated_drive_ends_the_comparison_of_classes(ur5e):
         text.replace("[joints.elbow_joint]", '[joints.elbow_joint]\ngearbox = "CSG-25-100"', 1),
         "utf-8",
     )
-    study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
+    study = lostmotion.study(ur5e, poses=8, robots=8, visits=3)
     assert study.classes == ()
     assert study.sheet.verdict.startswith("Expect 95 % of positions within ")
 
 
+@pytest.mark.usefixtures("few_poses")
 def test_a_bare_robot_file_has_a_first_answer_by_class(printed):
     """Without a sidecar no accuracy is predicted; the table of classes stands in its place."""
     with pytest.raises(lostmotion.InputError) as error:
@@ -142,22 +164,23 @@ def test_a_small_printed_arm_is_a_servo_arm_of_centimetres(printed):
     assert own.within == pytest.approx(reference, rel=1.0)
 
 
-def test_the_repeatability_of_a_class_is_that_of_simulated_robots_in_the_iso_cycle(ur5e):
+def test_the_repeatability_of_a_class_is_that_of_simulated_robots_in_the_iso_cycle(of_ur5e):
     """By another method: robots drawn one by one follow the standard's cycle at its five poses; the
     sum over terms agrees within a factor of 1.5.
     """
-    arm = lostmotion.read(ur5e)
+    arm, figures = of_ur5e
     cube = cube_from_arguments(arm, np.array([0.4, 0.0, 0.4]), 0.3)
     simulated = predict_robots(arm, cube, robots=100, seed=1).loads[0].repeatability.mean()
-    own = next(each for each in class_figures(arm) if each.default)
+    own = next(each for each in figures if each.default)
     assert own.repeatability / simulated == pytest.approx(1.0, rel=0.5)
 
 
-def test_figures_of_classes_are_the_same_for_the_same_file(ur5e):
+def test_figures_of_classes_are_the_same_for_the_same_file(ur5e, of_ur5e):
     """Bit for bit."""
-    assert class_figures(lostmotion.read(ur5e)) == class_figures(lostmotion.read(ur5e))
+    assert class_figures(lostmotion.read(ur5e)) == of_ur5e[1]
 
 
+@pytest.mark.usefixtures("few_poses")
 def test_a_better_class_is_more_repeatable(printed):
     """From hobby servos to industrial drives, one after the other, on the same arm."""
     lostmotion.new(urdf=printed).report()
@@ -202,12 +225,10 @@ mass = "100 g"
 @pytest.mark.parametrize("method", ["montecarlo", "analytic"])
 def test_an_arm_of_presets_alone_has_figures_of_one_digit(printed, method):
     """Every drive comes from a preset: the headline says so beside one digit, as figures by class
-    have it, and bars and statements follow; a stated play ends that.
+    have it, and bars and statements follow.
     """
-    sidecar = printed.with_suffix(".toml")
-    sidecar.write_text(PRESETS, "utf-8")
-    small = {"poses": 64, "robots": 16, "visits": 3, "method": method}
-    sheet = lostmotion.study(printed, **small).sheet
+    printed.with_suffix(".toml").write_text(PRESETS, "utf-8")
+    sheet = lostmotion.study(printed, poses=8, robots=8, visits=3, method=method).sheet
     assert re.match(
         r"Assumed by preset, hobby servo: expect 95 % of positions within \d+ mm\. ", sheet.verdict
     )
@@ -225,18 +246,24 @@ def test_an_arm_of_presets_alone_has_figures_of_one_digit(printed, method):
     if method == "montecarlo":
         assert re.match(r"RP, ISO cycle \d+ mm|RP, ISO cycle 0\.\d mm", said["RP"])
         assert "RP, any approach" in said["RP"]
-    sidecar.write_text(f'{PRESETS}[joints.j2]\ngearbox = {{ backlash = "1 deg" }}\n', "utf-8")
-    stated = lostmotion.study(printed, **small).sheet
+
+
+def test_a_stated_play_ends_the_figures_of_one_digit(printed):
+    """One drive that is not of a preset, and the headline has the digits of any study."""
+    stated = f'{PRESETS}[joints.j2]\ngearbox = {{ backlash = "1 deg" }}\n'
+    printed.with_suffix(".toml").write_text(stated, "utf-8")
+    stated = lostmotion.study(printed, poses=64, method="analytic").sheet
     assert "Assumed by preset" not in stated.verdict
     assert re.search(r"within \d+\.\d+ mm", stated.verdict)
 
 
+@pytest.mark.usefixtures("few_poses")
 def test_both_ways_to_arrive_are_on_the_screen_of_an_assumed_arm(printed):
     """RP in the ISO cycle and of any approach have a column each for every class; backlash makes
     the second larger.
     """
     lostmotion.new(urdf=printed).report()
-    sheet = lostmotion.study(printed, poses=64, robots=16, visits=3).sheet
+    sheet = lostmotion.study(printed, poses=8, robots=8, visits=3).sheet
     table = next(each for each in sheet.sections if each.key == "drive_classes")
     assert table.columns == ("95 % within", "RP, ISO cycle", "RP, any approach")
     assert all(row.cells[2].value > row.cells[1].value for row in table.rows)

@@ -50,7 +50,7 @@ def test_without_sampling_bars_show_root_mean_squares():
     """An analytic study knows no percentile of a remedy: its bars show what each remedy leaves of
     the root mean square.
     """
-    found = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
+    found = lostmotion.study(EXAMPLES / "planar-2r.toml", 64, method="analytic").sheet
     assert [bars.key for bars in found.bars] == ["budget", "remedies"]
     row = row_at(found.sections, "levels", "left_after_compensation_of_load_and_pose")
     (compensated,) = [bar for bar in found.bars[1].bars if bar.label == "load compensated"]

@@ -17,6 +17,12 @@ from tests.reporting.first_screen import first_screen
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
 
 
+@pytest.fixture(scope="module")
+def alone():
+    """Return the study of the Z-arm without sampling, in a zone too."""
+    return lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
+
+
 def summed(study, pooled=None):
     """Return the errors without sampling, with other figures where they are given."""
     return Summed.of(pooled or study.pooled, study.budget.squares)
@@ -89,7 +95,7 @@ def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
 def test_a_target_says_each_factor_of_what():
     """A size beside what it is now, a factor as per cent of the errors; nothing is repeated."""
     arm = lostmotion.read(ARM.with_name("planar-2r.toml"))
-    found = lostmotion.target(arm, error="0.2 mm", poses=16, robots=40, visits=2)
+    found = lostmotion.target(arm, error="0.2 mm", poses=8, robots=20, visits=2)
     sections = {section.key: section for section in found.sheet.sections}
     sized = [row for key in ("single", "kinds") if key in sections for row in sections[key].rows]
     assert sized
@@ -102,11 +108,10 @@ def test_a_target_says_each_factor_of_what():
     assert shares == sorted(shares, reverse=True)
 
 
-def test_the_answer_without_sampling_has_its_interval_and_tiles(z_arm_study):
+def test_the_answer_without_sampling_has_its_interval_and_tiles(z_arm_study, alone):
     """The sentence says between which ends, as its table does, and the tiles show the same
     figures.
     """
-    alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
     sheet = alone.sheet
     row = row_at(sheet.sections, "analytic", "p95").cells[0]
     assert f"within {row} ({row.between})." in sheet.verdict
@@ -124,11 +129,10 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(z_arm_study):
     assert z_arm_study.sheet.verdict.count("Expect 95 % of positions") == 1
 
 
-def test_figures_that_need_sampling_are_listed_in_a_sentence():
+def test_figures_that_need_sampling_are_listed_in_a_sentence(alone):
     """Where a figure is uncertain by more than 5 % the answer says so, what to do, and which figure
     is known all the same.
     """
-    alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
     nothing = Estimate(*[float("nan")] * 3)
     sheet = replace(alone, pooled=replace(alone.pooled, quantiles=(nothing,) * 4)).sheet
     first, _, rest = sheet.verdict.partition(". ")
@@ -158,19 +162,18 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(z_arm_study):
     assert row_at(given.sections, "levels", "all_together").cells[0].interval == ""
 
 
-def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):
+def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study, alone):
     """Over the workspace, part by part: what a study by samples says of the same poses, within both
     intervals, and worked out once.
     """
-    summed = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
-    section = next(section for section in summed.sheet.sections if section.key == "halving")
-    assert summed.halving is summed.halving
-    parts = [cost.part for cost in summed.budget.parts if cost.alone > 0]
+    section = next(section for section in alone.sheet.sections if section.key == "halving")
+    assert alone.halving is alone.halving
+    parts = [cost.part for cost in alone.budget.parts if cost.alone > 0]
     assert {row.label for row in section.rows[: len(parts)]} == {
         part.removeprefix("joints.") for part in parts
     }
     for part in parts:
-        here, there = summed.halving.gains[part], z_arm_study.halving.gains[part]
+        here, there = alone.halving.gains[part], z_arm_study.halving.gains[part]
         assert here.low <= there.high
         assert there.low <= here.high
     assert all(np.isfinite(row.cells[0].as_shown) and row.cells[0].interval for row in section.rows)

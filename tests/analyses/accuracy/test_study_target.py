@@ -13,6 +13,7 @@ from tests.parts.random_arms import EXAMPLES
 from tests.reporting.first_screen import first_screen
 
 TARGET = "0.8 mm"
+LENGTH = "0.2 mm"  # some positions of the planar arm are within it
 
 
 def test_the_share_within_the_target_is_that_of_all_samples(tmp_path):
@@ -20,21 +21,21 @@ def test_the_share_within_the_target_is_that_of_all_samples(tmp_path):
     well, and written to result.json.
     """
     study = lostmotion.study(
-        EXAMPLES / "z-arm.toml", 64, 100, 4, target=TARGET, zone="x 0.2..0.8 m"
+        EXAMPLES / "planar-2r.toml", 64, 100, 4, target=LENGTH, zone="x 0.2..0.8 m"
     )
     hist = study.sampled.replicate_hist.sum(axis=0)
-    counted = hist[: int(np.searchsorted(bin_edges(), 0.8e-3))].sum() / hist.sum()
+    counted = hist[: int(np.searchsorted(bin_edges(), 0.2e-3))].sum() / hist.sum()
     figure = row_at(study.sheet.sections, "error", "within_the_target").cells[0]
     assert figure.value == pytest.approx(counted, abs=0.002)  # of one bin
     assert figure.low < figure.value < figure.high
-    assert f"{figure} ({figure.interval}) of positions are within 0.8 mm." in " ".join(
+    assert f"{figure} ({figure.interval}) of positions are within {LENGTH}." in " ".join(
         first_screen(study.sheet).split()
     )
     study.report(tmp_path / "out")
     written = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))["figures"]
     assert written["error"]["within_the_target"]["value"] == pytest.approx(figure.value)
     assert set(written["zone_1"]["within_the_target"]) == {"in_the_zone", "whole_workspace"}
-    assert "target 0.8" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "target 0.2" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_of_an_arm_that_is_described_in_part_the_share_is_an_upper_bound():

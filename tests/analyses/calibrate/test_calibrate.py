@@ -395,19 +395,25 @@ def test_repeated_measurements_show_their_scatter(tmp_path):
     assert len(answer.held_out.error) == len(answer.corrections[0]) == 10
 
 
+@pytest.fixture(scope="module")
+def without_row_7(tmp_path_factory: pytest.TempPathFactory) -> lostmotion.Calibrated:
+    """Calibrate the UR5 by nineteen of the poses."""
+    others = (np.delete(each, 7, axis=0) for each in twenty())
+    path = written(tmp_path_factory.mktemp("clean") / "visits.csv", *others)
+    return lostmotion.calibrate(ARM, path, terms="geometry")
+
+
 @pytest.mark.parametrize("wrong", [0.3, 2.0])
-def test_a_gross_mistake_is_as_if_it_had_not_been_measured(wrong, tmp_path):
+def test_a_gross_mistake_is_as_if_it_had_not_been_measured(wrong, without_row_7, tmp_path):
     """Of a row that is 0.3 or 2 m off all that remains is its line. Before, predictions of the
     others were decimetres off, with a warning alone.
     """
     joints, points = twenty()
-    others = np.delete(np.arange(20), 7)
-    clean = written(tmp_path / "clean.csv", joints[others], points[others])
     points = points.copy()
     points[7, 0] += 1000 * wrong
     path = written(tmp_path / "visits.csv", joints, points)
-    answer, expected = (lostmotion.calibrate(ARM, each, terms="geometry") for each in (path, clean))
-    np.testing.assert_array_equal(answer.calibration.mean, expected.calibration.mean)
+    answer = lostmotion.calibrate(ARM, path, terms="geometry")
+    np.testing.assert_array_equal(answer.calibration.mean, without_row_7.calibration.mean)
     assert answer.warnings[0].startswith("1 row far from where this arm can be")
     assert answer.warnings[0].endswith("line 9")
 

@@ -4,6 +4,7 @@ else enters them.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,12 @@ def asked(count: int = 16, **changes: Any) -> Gear:
     return of_table({**DRAWING, **changes}, count)
 
 
+@functools.cache
+def drawn() -> Gear:
+    """Return the gearbox of the drawing as it is, computed once."""
+    return asked()
+
+
 def of_table(table: dict[str, Any], count: int = 16) -> Gear:
     """Ask for the gearbox of this table."""
     return gear(CycloidalGearbox.model_validate(table, context={"text": True}), gearboxes=count)
@@ -114,7 +121,7 @@ def test_scatter_between_gearboxes_is_no_part_of_a_band():
     """Tolerances widen the interval over gearboxes and move the mean; the band keeps its width,
     however many gearboxes are simulated.
     """
-    plain = bands(asked()).read.wind_up
+    plain = bands(drawn()).read.wind_up
     for found in (
         asked(ring_radius="64 mm ± 10 µm", flank_form="3 µm"),
         asked(ring_radius="64 mm ± 10 µm", count=8),
@@ -129,7 +136,7 @@ def test_scatter_between_gearboxes_is_no_part_of_a_band():
 
 def _offset(wound: Any) -> float:
     """Return how far the mean of the draws lies from the wind-up with the middle of the range."""
-    return float(wound.mean() - asked().read.wind_up.mean())
+    return float(wound.mean() - drawn().read.wind_up.mean())
 
 
 def test_shares_of_a_draw_add_up_to_one():
@@ -164,7 +171,7 @@ def test_a_stiffness_that_is_mostly_unknown_is_printed_as_its_band():
     """Where more than a fifth of the compliance depends on ranges, headline and card begin with the
     band; where less does, with the value.
     """
-    unknown, known = asked(), asked(frame="10000 .. 20000 N m/arcmin")
+    unknown, known = drawn(), asked(frame="10000 .. 20000 N m/arcmin")
     assert bands(unknown).unknown_share > 0.2 > bands(known).unknown_share > 0
     assert "(5-95 % of what the drawing leaves open), middle" in unknown.sheet.verdict
     assert unknown.sheet.verdict.startswith("Stiffness ")
@@ -184,7 +191,7 @@ def test_result_json_has_bands_by_name():
     """Programs find each end of a band, the range behind it, and its share of the variance, by
     name.
     """
-    found = asked().result()
+    found = drawn().result()
     assert set(found["figures"]["bands"]["stiffness_slope"]) == {"p5", "middle", "p95"}
     (range_,) = found["ranges"]
     assert range_ == {

@@ -1,5 +1,6 @@
 """Commands of measured readings: those of the file, of a file of commands, or of a stated cube;
-never of a cube found by search.
+never of a cube found by search. Robots are predicted with the measured number of visits, and so
+once.
 """
 
 import math
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import lostmotion
+from lostmotion.standards import commanded_poses
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM, LOADS = EXAMPLES / "z-arm.toml", EXAMPLES / "measured" / "z-arm-loads.csv"
@@ -50,9 +52,9 @@ def test_a_cube_found_by_search_commands_nothing(tmp_path, monkeypatch, kinds, s
     """Readings without commands are refused once, by file and rows, before a search for a cube,
     which need not be where the robot was sent.
     """
-    from lostmotion.propagation.iso9283 import largest_cube as search
-
-    monkeypatch.setattr(search, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube"))
+    monkeypatch.setattr(
+        commanded_poses, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube")
+    )
     with pytest.raises(
         lostmotion.InputError, match=rf"1 mistake\n(.|\n)*visits.csv: {said}(.|\n)*--cube"
     ):
@@ -72,7 +74,7 @@ def test_a_stated_cube_commands_its_poses_and_lines(tmp_path, stated, arm):
     """
     file = rows_of(tmp_path, path=True, pose=True)
     found = lostmotion.iso9283(
-        None if arm is None else lostmotion.read(arm), file, robots=3, visits=2, **PLACE
+        None if arm is None else lostmotion.read(arm), file, robots=3, **PLACE
     )
     (load,) = found.measured.loads
     assert [pose.accuracy.value for pose in load.poses] == pytest.approx(
@@ -127,7 +129,7 @@ def test_the_orientation_of_a_stated_cube_is_the_stated_one(tmp_path):
         "pose,cycle,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg]\n" + "\n".join(rows),
         encoding="utf-8",
     )
-    asked = {"robots": 2, "visits": 2, "cube": 0.1, "centre": (0.4, 0.0, 0.4)}
+    asked = {"robots": 2, "visits": 3, "cube": 0.1, "centre": (0.4, 0.0, 0.4)}
     told = (
         lostmotion.iso9283(arm, file, tool_rpy="180 deg, 0 deg, 0 deg", **asked)
         .measured.loads[0]
@@ -147,9 +149,7 @@ def test_an_accuracy_that_no_such_arm_has_is_doubted(tmp_path):
     off = {"cube": "500 mm", "centre": "520 mm, 37 mm, 1050 mm"}
     notes = lostmotion.iso9283(measured=file, **off).sheet.warnings
     assert [note for note in notes if "mean AP_p over poses is 37." in note and "sent to" in note]
-    beside = lostmotion.iso9283(
-        lostmotion.read(Z_ARM), file, robots=3, visits=2, **off
-    ).sheet.warnings
+    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, **off).sheet.warnings
     assert [
         note
         for note in beside

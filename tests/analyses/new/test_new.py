@@ -75,12 +75,12 @@ def test_the_next_steps_and_the_refusal_of_a_second_study_name_force(tmp_path):
     """Whoever changes the new file and studies it again learns beforehand how the first result is
     replaced, and again where it is refused.
     """
-    begun = lostmotion.new("arm", out=tmp_path / "arm.toml")
+    begun = lostmotion.new("arm", template="scara", out=tmp_path / "arm.toml")
     assert (
         f"`lostmotion study {tmp_path / 'arm.toml'} --force` replaces the first result"
         in begun.sheet.verdict
     )
-    study = lostmotion.study(begun.report(), poses=16, method="analytic")
+    study = lostmotion.study(begun.report(), poses=8, method="analytic")
     study.report(tmp_path / "first")
     with pytest.raises(OutputExistsError, match=r"--force.*--out"):
         study.report(tmp_path / "first")
@@ -167,7 +167,7 @@ def test_a_urdf_leads_to_a_prediction_in_two_commands(urdf):
     """The sidecar as written gives an error between a hundredth of a millimetre and centimetres,
     and says what it rests on.
     """
-    study = lostmotion.study(urdf, poses=64, method="analytic")
+    study = lostmotion.study(urdf, poses=8, method="analytic")
     assert "assumed" in study.sheet.verdict
     with pytest.raises(OutputExistsError):
         lostmotion.new(urdf=urdf).report()

@@ -5,6 +5,7 @@ files.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 import json
 import math
@@ -66,11 +67,17 @@ source = "measured, 2024"
 """
 
 
+@functools.cache
+def z_arm():
+    """Return the paper's arm, of which nothing is changed."""
+    return lostmotion.read(Z_ARM)
+
+
 def asked(tmp_path, text, arm=None, own=(), **options):
     """Read a sizing file."""
     path = tmp_path / "by.toml"
     path.write_text(text, encoding="utf-8")
-    return read_request(path, options, arm or lostmotion.read(Z_ARM), own)
+    return read_request(path, options, arm or z_arm(), own)
 
 
 def found_for(stated_request, arm, target, counts=SMALL, poses=64):
@@ -97,7 +104,7 @@ def stated_request(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(stated_request):
     """Return the selection."""
-    return found_for(stated_request, lostmotion.read(Z_ARM), stated_request.plan.target)
+    return found_for(stated_request, z_arm(), stated_request.plan.target)
 
 
 def error_of(arm, poses=64, counts=SMALL):
@@ -141,7 +148,7 @@ def test_the_selected_parts_meet_the_target_at_the_least_cost(stated_request, fo
     """The upper end of the study's error is within the target, and no cheaper selection has
     that.
     """
-    arm = lostmotion.read(Z_ARM)
+    arm = z_arm()
     assert found.meets_target
     assert error_of(found.sized) == found.error
     assert error_of(arm) == found.error_before
@@ -226,7 +233,7 @@ def test_every_selection_is_written(stated_request, found, tmp_path, pick):
     """Shared bearings that become different, reducers of the file itself and unchanged parts: all
     read back as the arm.
     """
-    arm = lostmotion.read(Z_ARM)
+    arm = z_arm()
     chosen = tuple(slot.candidates[k] for slot, k in zip(stated_request.slots, pick, strict=True))
     bought = tuple(
         dataclasses.replace(each, selected=candidate)

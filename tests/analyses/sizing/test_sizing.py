@@ -137,12 +137,15 @@ def test_no_lighter_section_of_one_free_size_is_within_the_limits(wall):
     found = lightest(sought, family, 1e-4)
     assert found.meets_limits
     every = [family.section((outer / 1e4, family.wall.low)) for outer in range(400, 1601)]
+    most = sought.mass(found.section)
+    # heavier ones are no lighter than the result, whether they hold or not
     holding = [
         sought.mass(section)
-        for section in every[::1]
-        if sought.section_utilisation(section).max() <= 1
+        for section in every
+        if sought.mass(section) <= most * (1 + 1e-9)
+        and sought.section_utilisation(section).max() <= 1
     ]
-    assert sought.mass(found.section) == pytest.approx(min(holding), rel=1e-12)
+    assert most == pytest.approx(min(holding), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +155,7 @@ def test_no_lighter_section_of_one_free_size_is_within_the_limits(wall):
         TubeFamily(outer="40 mm .. 160 mm", wall="5 %"),
         TubeFamily(outer="40 mm .. 120 mm", wall="1 mm .. 8 mm"),
         BoxFamily(height="40 mm .. 160 mm", width="66.7 %", wall="3 mm"),
-        BoxFamily(height="40 mm .. 120 mm", width="20 mm .. 80 mm", wall="2 mm .. 5 mm"),
+        BoxFamily(height="80 mm .. 120 mm", width="40 mm .. 80 mm", wall="3 mm .. 5 mm"),
     ],
 )
 def test_usual_sizes_are_the_lightest_of_all_usual_ones_within_the_limits(family):
@@ -221,7 +224,7 @@ def _share(value, span, leading, usual):
 @pytest.mark.parametrize(
     ("family", "steps"),
     [
-        (TubeFamily(outer="40 mm .. 120 mm", wall="2 mm .. 8 mm"), 40),
+        (TubeFamily(outer="40 mm .. 120 mm", wall="2 mm .. 8 mm"), 20),
         (BoxFamily(height="30 mm .. 120 mm", width="20 mm .. 80 mm", wall="2 mm .. 5 mm"), 9),
         (
             IFamily(
@@ -309,6 +312,7 @@ def test_the_lightest_of_a_list_within_the_limits():
     )
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_one_pass_from_the_tip_is_the_lightest_arm():
     """Of every pair of sections for two links, the lightest arm within all limits is that of one
     inward pass, and so is each link.
@@ -335,6 +339,7 @@ def test_one_pass_from_the_tip_is_the_lightest_arm():
     assert all(not link.relieved_by for link in sizing.links)
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_a_link_that_relieves_another_is_reported():
     """A link that folds back relieves the one before: a heavier one could make that lighter, and
     the result names it.
@@ -361,6 +366,7 @@ def test_a_link_that_relieves_another_is_reported():
     assert relieved.section_utilisation(section).max() < task_now.section_utilisation(section).max()
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_the_sized_arm_is_within_its_limits_at_other_poses():
     """By the beam model of a study, at poses not used in the sizing, no sized link exceeds its
     limits, and each is close to one.
@@ -537,6 +543,7 @@ def test_the_search_never_leaves_the_family():
     assert not found.meets_limits
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_an_arm_of_every_joint_is_sized_and_one_without_load_gets_the_smallest():
     """Links behind fixed and prismatic joints are sized too; without weight the smallest section is
     enough and no limit governs.

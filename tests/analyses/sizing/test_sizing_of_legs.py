@@ -30,10 +30,11 @@ def links(arm):
     return {each.name: each.link for each in arm.joints if each.link.section is not None}
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_both_arms_of_a_five_bar_get_the_lightest_section_that_is_enough_for_both(five_bar):
     """By the bending in a study: no lighter tube of the list is enough for both links of a pair."""
     options = read_request({"sizing": {"stock": STOCK}}, {}, five_bar, ()).link_options
-    poses = lostmotion.sample_poses(five_bar, 64)
+    poses = lostmotion.sample_poses(five_bar, 16)
     size = size_links(five_bar, options, PAPER, poses)
     assert [each.joint for each in size.links] == ["left", "left-elbow", "right", "right-elbow"]
     assert size.meets_limits
@@ -58,10 +59,11 @@ def test_both_arms_of_a_five_bar_get_the_lightest_section_that_is_enough_for_bot
         assert not enough(size.sized.model_copy(update={"joints": joints}), pair)
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_sizing_a_sized_closed_chain_again_changes_nothing(five_bar):
     """Sections are those for the loads that they themselves cause, which loops share."""
     request = read_request(None, {}, five_bar, ())
-    size = size_links(five_bar, request.link_options, PAPER, lostmotion.sample_poses(five_bar, 64))
+    size = size_links(five_bar, request.link_options, PAPER, lostmotion.sample_poses(five_bar, 16))
     again, _ = one_pass(size.sized, request.link_options, PAPER, size.q, None, 1e-4)
     assert {name: link.section for name, link in links(again).items()} == {
         name: link.section for name, link in links(size.sized).items()

@@ -33,6 +33,16 @@ limits = ["-90 deg", "90 deg"]
 link = { length = "500 mm", mass = "0 kg", section = { kind = "tube", outer = "40 mm", wall = "2 mm" }, material = "aluminium" }
 """
 
+ODD = """
+name = "odd"
+sections.one = { kind = "tube", outer = "80 mm", wall = "3 mm" }
+joints = [
+  { name = "A", type = "revolute", axis = "y", limits = ["-1 rad", "1 rad"], link = { length = "300 mm", section = "one", material = "aluminium" } },
+  { name = "B", type = "revolute", axis = "y", limits = ["-1 rad", "1 rad"], link = { length = "200 mm", section = "one", material = "aluminium" } },
+]
+payload.mass = "4 kg"
+"""
+
 
 def ran(*words, cwd):
     """Run the command in a folder."""
@@ -79,6 +89,7 @@ def test_the_sheet_agrees_with_the_sized_arm(size):
     json.dumps(size.result(), allow_nan=False)
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_sizes_are_usual_ones_unless_a_step_is_asked_for(size):
     """By default the Z-arm gets tubes that are sold; `step` gives its multiples, zero the exact
     size, which is lighter. Each is checked again.
@@ -96,6 +107,7 @@ def test_sizes_are_usual_ones_unless_a_step_is_asked_for(size):
     )
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_one_link_is_spoken_of_as_one(tmp_path):
     """An arm with one link has 'the sized link', not 'every link'."""
     (tmp_path / "arm.toml").write_text(ONE_LINK, encoding="utf-8")
@@ -133,17 +145,19 @@ def test_the_sized_arm_reads_back_with_its_comments(size, tmp_path):
     ]
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_a_urdf_is_sized_by_its_sidecar(tmp_path):
     """Of a URDF the sized sections go into a sidecar, with the masses that follow; the URDF with it
     is the sized arm.
     """
     source = EXAMPLES / "ur5e.urdf"
-    size = lostmotion.size(source, poses=16)
+    size = lostmotion.size(source, poses=8)
     assert size.meets_limits
     folder = size.report(tmp_path / "out")
     assert not reads_back(source, folder / "sized.toml", size)
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_a_urdf_without_a_sidecar_gets_one(tmp_path):
     """Of a bare URDF, links get sections where a family and a material are named; their masses
     remain, and the report notes it.
@@ -160,21 +174,13 @@ def test_a_urdf_without_a_sidecar_gets_one(tmp_path):
         lostmotion.size(lostmotion.read(source), poses=8)
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_a_bare_layout_is_written_too(tmp_path):
     """Dotted keys, links in tables of their own and sections that others still name are written and
     read back as the sized arm.
     """
-    text = """
-name = "odd"
-sections.one = { kind = "tube", outer = "80 mm", wall = "3 mm" }
-joints = [
-  { name = "A", type = "revolute", axis = "y", limits = ["-1 rad", "1 rad"], link = { length = "300 mm", section = "one", material = "aluminium" } },
-  { name = "B", type = "revolute", axis = "y", limits = ["-1 rad", "1 rad"], link = { length = "200 mm", section = "one", material = "aluminium" } },
-]
-payload.mass = "4 kg"
-"""
     path = tmp_path / "odd.toml"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(ODD, encoding="utf-8")
     size = lostmotion.size(path, {"links": {"B": {"keep": True}}}, poses=8)
     assert [link.joint for link in size.links] == ["A"]
     out = tmp_path / "sized.toml"
@@ -354,23 +360,27 @@ def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
 
 
 def test_sizing_works_out_of_the_box(tmp_path):
-    """`lostmotion size examples/z-arm.toml` prints, writes and ends well; the same input gives the
-    same bytes; an existing folder is left alone.
+    """`lostmotion size odd.toml` prints, writes and ends well; the same input gives the same bytes;
+    an existing folder is left alone.
     """
-    first = ran(Z_ARM, "--poses", 8, cwd=tmp_path)
+    (tmp_path / "odd.toml").write_text(ODD, encoding="utf-8")
+    first = ran("odd.toml", "--poses", 8, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
-    assert "z-arm-sized/sized.toml\n" in first.stdout
-    second = carried_out_by_process("size", Z_ARM, "--poses", 8, "--out", "again", cwd=tmp_path)
+    assert "odd-sized/sized.toml\n" in first.stdout
+    second = carried_out_by_process(
+        "size", "odd.toml", "--poses", 8, "--out", "again", cwd=tmp_path
+    )
     assert second.returncode == 0
     for name in ("result.json", "sized.toml"):
         assert (tmp_path / "again" / name).read_bytes() == (
-            tmp_path / "z-arm-sized" / name
+            tmp_path / "odd-sized" / name
         ).read_bytes()
-    third = ran(Z_ARM, "--poses", 8, cwd=tmp_path)
+    third = ran("odd.toml", "--poses", 8, cwd=tmp_path)
     assert third.returncode == 2
     assert "exists" in third.stderr
 
 
+@pytest.mark.usefixtures("few_scales")
 def test_limits_that_no_section_meets_are_reported_with_numbers(tmp_path):
     """Where the largest tube exceeds a limit the command reports link, limit and value, writes no
     sized arm and exits with 1.

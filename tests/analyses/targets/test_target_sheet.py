@@ -97,10 +97,11 @@ def test_yield_has_its_interval(asked):
     assert f"{first.within} of 60 robots" in rows[0].note
 
 
-def test_items_that_do_not_limit_a_target_are_named_so():
+def test_items_that_do_not_limit_a_target_are_named_so(monkeypatch):
     """No encoder with a few counts per turn: the table says "not limiting", result.json null, and
     the allocated yield has its interval.
     """
+    monkeypatch.setattr(metrics, "_SAMPLES", 1 << 14)
     joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 1.0}}
     arm = lostmotion.Arm(
         name="one",

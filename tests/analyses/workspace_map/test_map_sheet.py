@@ -26,7 +26,7 @@ from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
-QUICK = ("--cell", "300 mm", "--poses", "2048", "--per-cell", "2")
+QUICK = ("--cell", "60 mm", "--poses", "2048", "--per-cell", "2")
 
 
 def ran(*words, cwd):
@@ -40,14 +40,14 @@ def mapped():
     arm = lostmotion.read(Z_ARM)
     return lostmotion.map(
         arm,
-        cell=0.15,
+        cell=0.2,
         by="worst",
         target=1e-3,
-        box=(0.3, 0.3, 0.15),
+        box=(0.4, 0.4, 0.2),
         turned=True,
         floor=0.2,
-        poses=8192,
-        per_cell=4,
+        poses=4096,
+        per_cell=3,
     )
 
 
@@ -364,27 +364,28 @@ def test_mapping_works_out_of_the_box(tmp_path):
     """`lostmotion map` prints and writes; the same input gives the same bytes on other threads; an
     existing folder is not overwritten.
     """
+    # in a plane, with few plots; cells and configurations are more than those of the Z-arm
     words = (
-        Z_ARM,
+        EXAMPLES / "planar-2r.toml",
         *QUICK,
         "--target",
-        "1 mm",
+        "0.2 mm",
         "--box",
-        "400 x 200 x 200 mm",
+        "200 x 0 x 100 mm",
         "--by",
         "best",
         "--at",
-        "400 mm, 0 mm, 600 mm",
+        "400 mm, 0 mm, 100 mm",
     )
     first = ran(*words, "--threads", 1, "--full", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
-    assert "z-arm-map/report.html\n" in first.stdout
-    assert "Best placement for a task of 400 x 200 x 200 mm" in first.stdout
+    assert "planar-2r-map/report.html\n" in first.stdout
+    assert "Best placement for a task of 200 x 0 x 100 mm" in first.stdout
     second = carried_out_by_process("map", *words, "--threads", 3, "--out", "again", cwd=tmp_path)
     assert second.returncode == 0
     for name in ("result.json", "arrays.nc", "report.html"):
         assert (tmp_path / "again" / name).read_bytes() == (
-            tmp_path / "z-arm-map" / name
+            tmp_path / "planar-2r-map" / name
         ).read_bytes()
     third = ran(*words, cwd=tmp_path)
     assert third.returncode == 2
@@ -413,7 +414,7 @@ def test_a_box_that_fits_nowhere_is_reported():
     """A box larger than the workspace has no placement, and the largest of its proportions is
     reported.
     """
-    mapped = lostmotion.map(lostmotion.read(Z_ARM), cell=0.2, poses=4096, per_cell=3, box=(3, 3, 3))
+    mapped = lostmotion.map(lostmotion.read(Z_ARM), cell=0.4, poses=512, per_cell=2, box=(3, 3, 3))
     said = mapped.result()
     assert said["places"] == []
     assert 0 < said["largest_box_m"][0] < 3
@@ -446,7 +447,7 @@ def test_no_place_for_a_box_is_an_answer_of_its_own(tmp_path):
     done = ran(
         Z_ARM,
         "--cell",
-        "200 mm",
+        "300 mm",
         "--poses",
         "64",
         "--per-cell",
