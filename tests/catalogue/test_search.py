@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -19,6 +19,9 @@ from lostmotion.errors import InputError
 from tests.catalogue.test_own_reducers import HEAD, ROW, USE
 from tests.command import carried_out
 from tests.parts.conditions import ARCMIN
+
+if TYPE_CHECKING:
+    import subprocess
 
 
 def names(rows) -> list[str]:
