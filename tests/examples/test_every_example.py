@@ -13,7 +13,7 @@ from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import quantile
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.io.sizing import read_request
-from lostmotion.propagation.montecarlo import bands, kernel
+from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
 
@@ -70,12 +70,8 @@ def test_parts_add_up(found):
 
 @pytest.fixture(scope="module")
 def study(found):
-    """Return a study of the example with every table and bar of a result; bands of values that are
-    not known from few draws, as nothing here is about their width.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bands, "DRAWS", 4)
-        return lostmotion.study(found[0], 16, robots=30, visits=3)
+    """Return a study of the example with every table and bar of a result."""
+    return lostmotion.study(found[0], 16, robots=30, visits=3)
 
 
 def test_the_answer_fits_on_one_screen(study):
