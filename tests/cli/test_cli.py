@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from lostmotion.analyses.accuracy.result import Study
 from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -171,8 +172,9 @@ def test_a_missing_file_and_a_wrong_option_are_refused(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_poses_can_come_from_a_file(tmp_path):
+def test_poses_can_come_from_a_file(tmp_path, monkeypatch):
     """A CSV of poses is visited as it stands, and a wrong one is refused."""
+    monkeypatch.setattr(Study, "plots", ())
     import lostmotion as package
 
     arm = package.read(LIGHT)

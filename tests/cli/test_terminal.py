@@ -69,19 +69,26 @@ def shell(words, cwd, program="-m lostmotion", **environment):
     )
 
 
+@pytest.fixture
+def undrawn(tmp_path):
+    """Return the name of the program that draws no plots."""
+    path = tmp_path / "undrawn.py"
+    path.write_text(UNDRAWN, encoding="utf-8")
+    return path.name
+
+
 @POSIX
 @pytest.mark.parametrize(
     "stream", [">&-", "> /dev/full", ">&- 2>&-", "> /dev/full 2> /dev/full", ">&- <&-"]
 )
-def test_an_output_that_takes_nothing_costs_no_results(arm, tmp_path, stream):
+def test_an_output_that_takes_nothing_costs_no_results(arm, undrawn, tmp_path, stream):
     """Standard output closed or full: exit code 1, at most one message, and the results are
     written.
     """
     if "full" in stream and not Path("/dev/full").exists():
         pytest.skip("no /dev/full here")
     words = f"statics {arm.name} --poses 8 --out out {stream}"
-    (tmp_path / "undrawn.py").write_text(UNDRAWN, encoding="utf-8")
-    done = shell(words, tmp_path, "undrawn.py")
+    done = shell(words, tmp_path, undrawn)
     assert done.returncode == 1
     assert b"Traceback" not in done.stderr
     assert b"Exception ignored" not in done.stderr
@@ -92,11 +99,12 @@ def test_an_output_that_takes_nothing_costs_no_results(arm, tmp_path, stream):
 
 
 @POSIX
-def test_an_encoding_without_our_letters_gets_others(arm, tmp_path):
+def test_an_encoding_without_our_letters_gets_others(arm, undrawn, tmp_path):
     """On a terminal of ASCII alone every figure is printed, "um" for micrometres; JSON holds the
     same data as on any other.
     """
-    done = shell(f"statics {arm.name} --poses 8 --out out", tmp_path, PYTHONIOENCODING="ascii")
+    words = f"statics {arm.name} --poses 8 --out out"
+    done = shell(words, tmp_path, undrawn, PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     assert re.search(rb"\d um", done.stdout)
     assert done.stdout.isascii()
