@@ -99,10 +99,11 @@ def test_two_runs_write_the_same_bytes(ran, written, tmp_path):
 
 
 @pytest.mark.usefixtures("written")
-def test_an_existing_folder_is_left_alone_without_force(ran):
+def test_an_existing_folder_is_left_alone_without_force(ran, monkeypatch):
     """A second run refuses before it works, exit code 2, and names --force; with --force it
     replaces.
     """
+    monkeypatch.setattr(Study, "plots", ())
     folder, _ = ran
     result = folder / "planar-2r-accuracy" / "result.json"
     before = result.read_bytes()
@@ -265,8 +266,7 @@ def test_a_stopped_run_leaves_nothing_behind(tmp_path):
         "import sys; from lostmotion.cli import main; print('started', flush=True); sys.argv[0] = "
         "'lostmotion'; main()"
     )
-    command = [sys.executable, "-c", started, "run", str(ARM)]
-    command += ["--poses", "200000", "--threads", "1"]
+    command = [sys.executable, "-c", started, "run", str(ARM), "--poses", "200000"]
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
