@@ -210,13 +210,8 @@ def test_a_changed_constant_of_another_file_changes_the_result(tmp_path):
             check=True,
         ).stdout
 
-    assert [result(factor) for factor in ("2.0", "2.0", "3.0", "2.0", "3.0")] == [
-        "2.0 0\n",
-        "2.0 1\n",
-        "3.0 0\n",
-        "2.0 1\n",
-        "3.0 1\n",
-    ]
+    results = [result(factor) for factor in ("2.0", "3.0", "2.0")]
+    assert results == ["2.0 0\n", "3.0 0\n", "2.0 1\n"]
 
 
 _COLUMNS = """

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -17,7 +17,11 @@ from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.errors import InputError
 from tests.catalogue.test_own_reducers import HEAD, ROW, USE
+from tests.command import carried_out
 from tests.parts.conditions import ARCMIN
+
+if TYPE_CHECKING:
+    import subprocess
 
 
 def names(rows) -> list[str]:
@@ -25,15 +29,9 @@ def names(rows) -> list[str]:
     return [row.models[0] for row in rows]
 
 
-def catalog(*words: str, cwd=None) -> subprocess.CompletedProcess[str]:
+def catalog(*words: str, cwd: Path = Path()) -> subprocess.CompletedProcess[str]:
     """Run the command."""
-    return subprocess.run(
-        [sys.executable, "-m", "lostmotion", "catalog", *words],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return carried_out("catalog", *words, cwd=cwd)
 
 
 # the planetary gear units of ratio 5 that carry 300 N m

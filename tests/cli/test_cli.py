@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from lostmotion.analyses.accuracy.result import Study
 from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -18,27 +19,44 @@ LIGHT = EXAMPLES / "planar-2r.toml"
 QUICK = ("--poses", "16", "--robots", "20", "--visits", "3")
 
 
-def lostmotion(*words, cwd, **environment):
-    """Run the command in a folder."""
-    command = [sys.executable, "-m", "lostmotion", *map(str, words)]
+def process(*words, cwd):
+    """Run Python in a folder."""
     return subprocess.run(
-        command,
+        [sys.executable, *map(str, words)],
         cwd=cwd,
         capture_output=True,
         text=True,
         check=False,
-        env={**os.environ, "COLUMNS": "200", **environment},
+        env={**os.environ, "COLUMNS": "200"},
     )
+
+
+AND_NAME_MODULES = """
+import sys
+from lostmotion.cli import main
+sys.argv[0] = 'lostmotion'
+try:
+    main()
+finally:
+    print(*sys.modules, file=sys.stderr)
+"""
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """Run the example once."""
+    """Run the example once, on two threads, and name the modules that it loaded."""
     folder = tmp_path_factory.mktemp("run")
-    return folder, lostmotion("run", LIGHT, *QUICK, "--full", cwd=folder)
+    words = ("run", LIGHT, *QUICK, "--full", "--threads", "2")
+    return folder, process("-c", AND_NAME_MODULES, *words, cwd=folder)
 
 
-def test_run_prints_the_answer_and_writes_three_files(ran):
+@pytest.fixture(scope="module")
+def written(ran):
+    """Return the content of each file that it wrote."""
+    return {path.name: path.read_bytes() for path in (ran[0] / "planar-2r-accuracy").iterdir()}
+
+
+def test_run_prints_the_answer_and_writes_three_files(ran, written):
     """Every section an engineer asks for is printed, and the folder holds report, figures and
     arrays, nothing else.
     """
@@ -54,22 +72,42 @@ def test_run_prints_the_answer_and_writes_three_files(ran):
         "First order",
     ):
         assert title in done.stdout
-    assert sorted(path.name for path in (folder / "planar-2r-accuracy").iterdir()) == [
-        "arrays.nc",
-        "report.html",
-        "result.json",
-    ]
+    assert sorted(written) == ["arrays.nc", "report.html", "result.json"]
     assert [path.name for path in folder.iterdir()] == ["planar-2r-accuracy"]
 
 
-def test_an_existing_folder_is_left_alone_without_force(ran):
+def test_writing_results_loads_no_data_of_other_libraries(ran, written):
+    """A study writes its arrays without xarray and what that loads: pandas, pint, and dask, which
+    is for many machines.
+    """
+    loaded = set(ran[1].stderr.split())
+    assert {"lostmotion", "numpy"} <= loaded
+    assert not loaded & {"xarray", "pandas", "pint", "dask", "distributed"}
+    assert len(written["arrays.nc"]) > 0
+
+
+def test_two_runs_write_the_same_bytes(ran, written, tmp_path):
+    """Same file, version and seed: result.json and arrays.nc are equal byte by byte, on one thread
+    or two, in two processes.
+    """
+    assert ran[1].returncode == 0, ran[1].stderr
+    words = (*QUICK, "--threads", "1", "--out", "again", "--quiet")
+    done = carried_out("run", LIGHT, *words, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for file in ("result.json", "arrays.nc", "report.html"):
+        assert (tmp_path / "again" / file).read_bytes() == written[file], file
+
+
+@pytest.mark.usefixtures("written")
+def test_an_existing_folder_is_left_alone_without_force(ran, monkeypatch):
     """A second run refuses before it works, exit code 2, and names --force; with --force it
     replaces.
     """
+    monkeypatch.setattr(Study, "plots", ())
     folder, _ = ran
     result = folder / "planar-2r-accuracy" / "result.json"
     before = result.read_bytes()
-    again = lostmotion("run", LIGHT, *QUICK, "--seed", "2", cwd=folder)
+    again = carried_out("run", LIGHT, *QUICK, "--seed", "2", cwd=folder)
     assert again.returncode == 2
     assert "--force" in again.stderr
     assert result.read_bytes() == before
@@ -89,23 +127,11 @@ def test_a_file_that_is_read_is_not_replaced_by_the_results(tmp_path):
     arm.write_text((EXAMPLES / "z-arm.toml").read_text("utf-8"), "utf-8")
     poses.write_text("measured")
     for words in (("study", "out/sized.toml"), ("calibrate", ARM, "--measured", "out/poses.csv")):
-        done = lostmotion(*words, "--out", "out", "--force", cwd=tmp_path)
+        done = carried_out(*words, "--out", "out", "--force", cwd=tmp_path, columns=200)
         assert done.returncode == 2
         assert f"another folder than that of '{words[-1]}', which is read" in done.stderr
     assert arm.exists()
     assert poses.read_text() == "measured"
-
-
-def test_two_runs_write_the_same_bytes(tmp_path):
-    """Same file, version and seed: result.json and arrays.nc are equal byte by byte, on one thread
-    or two, in two processes.
-    """
-    for run, name, threads in ((carried_out, "a", 1), (lostmotion, "b", 2)):
-        words = (*QUICK, "--threads", threads, "--out", name, "--quiet")
-        done = run("run", EXAMPLES / "scara.toml", *words, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-    for file in ("result.json", "arrays.nc", "report.html"):
-        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
 
 
 WRONG = {
@@ -129,7 +155,7 @@ def test_wrong_files_get_one_clear_message(case, tmp_path):
     """
     text, words = WRONG[case]
     (tmp_path / "wrong.toml").write_text(text, encoding="utf-8")
-    done = lostmotion("run", "wrong.toml", cwd=tmp_path)
+    done = carried_out("run", "wrong.toml", cwd=tmp_path, columns=200)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert "wrong.toml" in done.stderr
@@ -140,15 +166,16 @@ def test_wrong_files_get_one_clear_message(case, tmp_path):
 
 def test_a_missing_file_and_a_wrong_option_are_refused(tmp_path):
     """A file that is not there and a count below one: exit code 2 and a sentence."""
-    missing = lostmotion("run", "nowhere.toml", cwd=tmp_path)
+    missing = carried_out("run", "nowhere.toml", cwd=tmp_path)
     assert missing.returncode == 2
     assert "nowhere.toml" in missing.stderr
-    assert lostmotion("run", ARM, "--robots", "0", cwd=tmp_path).returncode == 2
+    assert carried_out("run", ARM, "--robots", "0", cwd=tmp_path).returncode == 2
     assert not list(tmp_path.iterdir())
 
 
-def test_poses_can_come_from_a_file(tmp_path):
+def test_poses_can_come_from_a_file(tmp_path, monkeypatch):
     """A CSV of poses is visited as it stands, and a wrong one is refused."""
+    monkeypatch.setattr(Study, "plots", ())
     import lostmotion as package
 
     arm = package.read(LIGHT)
@@ -173,7 +200,7 @@ def test_poses_can_come_from_a_file(tmp_path):
 
 def test_the_schema_is_printed_as_json(tmp_path):
     """`lostmotion schema` prints a JSON Schema with the joints in it."""
-    done = lostmotion("schema", cwd=tmp_path)
+    done = carried_out("schema", cwd=tmp_path)
     assert done.returncode == 0
     assert "joints" in json.loads(done.stdout)["properties"]
 
@@ -193,7 +220,7 @@ def test_options_that_contradict_or_lack_a_value_are_refused(tmp_path, words, ke
     """Two ways to print, an option with an empty text and an export without a place each give one
     message with an example, and write nothing.
     """
-    done = lostmotion(*words, cwd=tmp_path)
+    done = carried_out(*words, cwd=tmp_path, columns=200)
     assert done.returncode == 2
     lines = [line.strip() for line in done.stderr.splitlines()]
     assert lines[:3] == ["lostmotion: 1 mistake", key, f"found     {found}"]
@@ -225,28 +252,12 @@ def test_reading_an_arm_compiles_nothing():
     assert done.stdout.strip() == "[]"
 
 
-def test_writing_results_loads_no_data_of_other_libraries(tmp_path):
-    """A study writes its arrays without xarray and what that loads: pandas, pint, and dask, which
-    is for many machines.
-    """
-    out = tmp_path / "out"
-    code = (
-        f"import sys, lostmotion; lostmotion.study({str(LIGHT)!r}, 8, "
-        f"method='analytic').report({str(out)!r}); "
-        "print({'xarray', 'pandas', 'pint', 'dask', 'distributed'} & {*sys.modules})"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"
-    assert (out / "arrays.nc").stat().st_size > 0
-
-
 def test_the_version_is_printed(tmp_path):
     """`lostmotion --version` prints the package's version."""
     import lostmotion as package
 
-    assert (
-        lostmotion("--version", cwd=tmp_path).stdout.strip() == f"lostmotion {package.__version__}"
-    )
+    done = process("-m", "lostmotion", "--version", cwd=tmp_path)
+    assert done.stdout.strip() == f"lostmotion {package.__version__}"
 
 
 def test_a_stopped_run_leaves_nothing_behind(tmp_path):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from lostmotion.analyses.accuracy.result import Study
 from lostmotion.analyses.result import Result
 from lostmotion.cli import answering
 from lostmotion.cli.app import _carried_out
@@ -164,6 +165,7 @@ def test_memory_that_ends_after_the_results_are_written_leaves_them(tmp_path, mo
 
     out = tmp_path / "out"
     monkeypatch.setattr(answering, "_show_answers", fails)
+    monkeypatch.setattr(Study, "plots", ())
     monkeypatch.setattr(
         sys,
         "argv",

@@ -15,6 +15,7 @@ from lostmotion.analyses.signature import question_of
 from lostmotion.cli.app import app
 from lostmotion.cli.generator import command_name, command_of
 from lostmotion.cli.shared_options import shared_options
+from tests.command import carried_out
 
 NAMES = tuple(lostmotion.QUESTIONS)
 
@@ -149,21 +150,26 @@ def test_public_functions_have_typed_arguments(name):
         ),
     ],
 )
-def test_every_command_and_group_of_commands_has_help(words):
+def test_every_command_and_group_of_commands_has_help(words, tmp_path):
     """`--help` prints the usage and ends with exit code 0: of the program, of each command, and of
     what several commands begin with.
     """
+    done = carried_out(*words.split(), "--help", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.match(rf"\s*Usage: .*{' '.join(['lostmotion', *words.split()])} ", done.stdout)
+    assert all(name in done.stdout for name in ("c ", "fmu ") if words == "export")
+
+
+def test_help_of_a_process_names_how_it_was_started():
+    """As a module of Python, as it stands before each command."""
     done = subprocess.run(
-        [sys.executable, "-m", "lostmotion", *words.split(), "--help"],
+        [sys.executable, "-m", "lostmotion", "study", "--help"],
         capture_output=True,
         text=True,
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.lstrip().startswith(
-        f"Usage: {' '.join(['python -m lostmotion', *words.split()])} "
-    )
-    assert all(name in done.stdout for name in ("c ", "fmu ") if words == "export")
+    assert done.stdout.lstrip().startswith("Usage: python -m lostmotion study ")
 
 
 def test_help_loads_nothing_heavy():

@@ -1,12 +1,9 @@
 """What must hold on every example that the project ships."""
 
-import io
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 import lostmotion
 from lostmotion.error_model.budget import costs
@@ -15,7 +12,6 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.io.sizing import read_request
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
-from lostmotion.reporting.first_screen import print_first_screen
 
 pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -66,40 +62,6 @@ def test_parts_add_up(found):
     assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(
         sampled.tally.total / sampled.tally.poses, rel=max(0.02, spread)
     )
-
-
-@pytest.fixture(scope="module")
-def study(found):
-    """Return a study of the example with every table and bar of a result."""
-    return lostmotion.study(found[0], 16, robots=30, visits=3)
-
-
-def test_the_answer_fits_on_one_screen(study):
-    """At most 37 lines of 80 columns, 35 for the first arms of the README; a warning adds its own
-    lines, the command two about the report.
-    """
-    stream = io.StringIO()
-    print_first_screen(replace(study.sheet, warnings=()), Console(file=stream, width=80))
-    lines = stream.getvalue().splitlines()
-    assert len(lines) <= (35 if study.arm.name in {"Z-arm", "UR5e"} else 37)
-    assert max(map(len, lines)) <= 80
-    assert lines[0].startswith(study.arm.name)
-
-
-def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(study):
-    """No printed figure stands without its unit and sample, and none is invented where there is no
-    number.
-    """
-    for section in study.result()["sections"]:
-        assert section["rows"], section["key"]
-        for row in section["rows"]:
-            for figure in row["figures"]:
-                if figure.get("words"):  # a state, and no number
-                    continue
-                assert figure["unit"], row["label"]
-                assert figure["samples"], row["label"]
-                assert figure["value"] is not None, row["label"]
-                assert figure["seed"] == 1
 
 
 @pytest.mark.parametrize(

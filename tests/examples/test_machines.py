@@ -1,15 +1,21 @@
-"""The example arms beside machines of their class: each figure is pinned, and stands where makers
-and publications put such machines.
+"""The results of the example arms: how they read, and beside machines of their class, where each
+figure is pinned, and stands where makers and publications put such machines.
 """
 
+import io
 import math
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import lostmotion
 from lostmotion.mechanism.state import state_of
+from lostmotion.reporting.first_screen import print_first_screen
+from tests.examples.test_every_example import EXAMPLES, FILES
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -31,7 +37,7 @@ VALIDATES = (
     ),
 )
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+pytestmark = pytest.mark.usefixtures("few_gearboxes")
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 # File; mean RP in the ISO cycle, from any approach, and AP (m) of a small study at seed 1; and the
 # range for machines of this class, from data sheets or measurements, in which RP, ISO cycle, lies:
@@ -64,6 +70,16 @@ MACHINES = (
 )
 
 
+@cache
+def studied(path: Path) -> lostmotion.Study:
+    """Return a study of an example with every table and bar of a result: the one whose figures are
+    pinned, or of fewer poses and robots.
+    """
+    pinned = any(path.name == file for file, *_ in MACHINES)
+    poses, robots, visits = (64, 100, 10) if pinned else (16, 30, 3)
+    return lostmotion.study(lostmotion.read(path), poses, robots=robots, visits=visits)
+
+
 @pytest.mark.parametrize(
     ("file", "cycle", "either", "accuracy", "published"),
     MACHINES,
@@ -75,7 +91,7 @@ def test_an_example_is_as_repeatable_as_machines_of_its_class(
     """RP and AP are the pinned figures, and RP in the ISO cycle lies within what makers print for
     the class, or says that it is a lower bound.
     """
-    study = lostmotion.study(lostmotion.read(EXAMPLES / file), 64, robots=100, visits=10)
+    study = studied(EXAMPLES / file)
     figures = study.result()["figures"]["iso9283"]
     found = [
         figures[f"{key}_mean"]["value"] * METRES[figures[f"{key}_mean"]["unit"]]
@@ -86,6 +102,36 @@ def test_an_example_is_as_repeatable_as_machines_of_its_class(
         assert "RP, ISO cycle at least" in dict(study.sheet.brief)["RP"]
     else:
         assert published[0] <= found[0] <= published[1]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_the_answer_fits_on_one_screen(path):
+    """At most 37 lines of 80 columns, 35 for the first arms of the README; a warning adds its own
+    lines, the command two about the report.
+    """
+    study, stream = studied(path), io.StringIO()
+    print_first_screen(replace(study.sheet, warnings=()), Console(file=stream, width=80))
+    lines = stream.getvalue().splitlines()
+    assert len(lines) <= (35 if study.arm.name in {"Z-arm", "UR5e"} else 37)
+    assert max(map(len, lines)) <= 80
+    assert lines[0].startswith(study.arm.name)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(path):
+    """No printed figure stands without its unit and sample, and none is invented where there is no
+    number.
+    """
+    for section in studied(path).result()["sections"]:
+        assert section["rows"], section["key"]
+        for row in section["rows"]:
+            for figure in row["figures"]:
+                if figure.get("words"):  # a state, and no number
+                    continue
+                assert figure["unit"], row["label"]
+                assert figure["samples"], row["label"]
+                assert figure["value"] is not None, row["label"]
+                assert figure["seed"] == 1
 
 
 def test_the_tilt_of_the_tracked_base_moves_the_tool_by_angle_times_distance():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -37,6 +38,7 @@ STAGE = Stage(0.05, 0.003, 0.0012, 20, "lobe envelope")
 SMALL = Stage(0.034, 0.0035, 0.0015, 14, "lobe envelope")
 
 
+@cache
 def found(stage: Stage, crank: float) -> tuple[EnvelopeContacts, dict[int, np.ndarray]]:
     """Return the contacts where the gap is below 0.3 µm, in intervals of 50 µm."""
     return envelope_contacts(

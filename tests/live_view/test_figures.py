@@ -61,7 +61,7 @@ def test_the_figures_at_a_pose_are_those_of_a_study_without_sampling(file, stage
     over the workspace's poses and these.
     """
     arm = lostmotion.read(EXAMPLES / file)
-    poses, others = sample_poses(arm, POSES), sample_poses(arm, 16, seed=7).q
+    poses, others = sample_poses(arm, POSES), sample_poses(arm, 4, seed=7).q
     live = LiveArm(arm, poses, stage)
     expected = analytic(arm, np.concatenate([poses.q[:TILE], others]), stage=stage)
     for k, q in enumerate(others):
@@ -74,7 +74,7 @@ def test_the_figures_are_those_of_the_pose_alone_where_no_draws_are_needed():
     """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     live = LiveArm(arm, sample_poses(arm, POSES))
-    others = sample_poses(arm, 32, seed=7).q
+    others = sample_poses(arm, 16, seed=7).q
     nearly_normal = 0
     for q in others:
         found, alone = live.figures(q), analytic(arm, q[None])

@@ -619,8 +619,9 @@ def test_a_ring_of_one_piece_with_its_lobes_needs_room_for_no_pins(form, radius)
     assert thin.states["ring body"].kind == "computed"
     thick = drawing(form=form, ring_outer_radius="75 mm")
     torque = np.array([40.0, 400.0])
-    assert np.isfinite(wind_up(thin, torque)["ring body"]).all()
-    assert (wind_up(thin, torque)["ring body"] < wind_up(thick, torque)["ring body"]).all()
+    of_thin, of_thick = (wind_up(each, torque)["ring body"] for each in (thin, thick))
+    assert np.isfinite(of_thin).all()
+    assert (of_thin < of_thick).all()
     with pytest.raises(ValidationError, match="pins that reach out to 67 mm"):
         drawing(ring_outer_radius="66 mm")
 

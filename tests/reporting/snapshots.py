@@ -34,7 +34,7 @@ _NUMBER: Final = re.compile(r"\d+(?:[ .]\d+)*(?:e[-−+]?\d+)?")
 
 SHEETS: Final[dict[str, Callable[[], Sheet]]] = {
     "study": lambda: lostmotion.study(Z_ARM, **_SMALL).sheet,
-    "map": lambda: lostmotion.map(Z_ARM, cell="200 mm", poses=512, target="1 mm").sheet,
+    "map": lambda: lostmotion.map(Z_ARM, cell="200 mm", poses=256, target="1 mm").sheet,
     "iso9283": lambda: (
         lostmotion.iso9283(
             Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=40, instrument="5 µm"

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from lostmotion.analyses.result import Result
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.sheet import Bar, Bars, Card, Cell, Lines, Row, Section, Sheet
 from tests.command import carried_out
@@ -149,10 +150,12 @@ def run(*words, cwd, arm="planar-2r"):
     return carried_out("run", EXAMPLES / f"{arm}.toml", *QUICK, *words, cwd=cwd).stdout
 
 
-def test_one_screen_one_line_or_all(tmp_path):
+def test_one_screen_one_line_or_all(tmp_path, monkeypatch):
     """Without an option about one screen, all figures with --full, one line with --quiet, and the
     content of result.json alone with --json.
     """
+    # what is printed needs no drawings
+    monkeypatch.setattr(Result, "report", lambda _, out, **__: Path(out))
     short = run(cwd=tmp_path, arm="z-arm")
     full, quiet = (run("--out", word[2:], word, cwd=tmp_path) for word in ("--full", "--quiet"))
     data = run("--json", cwd=tmp_path)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -79,9 +80,11 @@ def hostile(name: str) -> lostmotion.Arm:
     )
 
 
-def readme_of(arm: lostmotion.Arm, remarks: list[str]) -> str:
-    """Return the README of an exported model."""
-    return c_files(controller(arm), arm, remarks, "0" * 64, single=False)["README.md"]
+@cache
+def readme_of(name: str, *remarks: str) -> str:
+    """Return the README of the exported model of an arm of this name."""
+    arm = hostile(name)
+    return c_files(controller(arm), arm, [*remarks], "0" * 64, single=False)["README.md"]
 
 
 def test_no_table_of_a_study_has_a_formula():
@@ -120,9 +123,7 @@ def test_the_readme_of_a_model_shows_names_as_they_stand(name):
     """
     from markdown_it import MarkdownIt
 
-    readme, plain = (
-        readme_of(hostile(each), [f"joint {each}: doubtful"]) for each in (name, "name")
-    )
+    readme, plain = (readme_of(each, f"joint {each}: doubtful") for each in (name, "name"))
 
     def kinds(text: str) -> list[str]:
         tokens = MarkdownIt("gfm-like", {"linkify": False}).parse(text)
@@ -140,5 +141,5 @@ def test_the_readme_of_a_model_shows_names_as_they_stand(name):
 
 def test_an_ordinary_name_is_not_changed():
     """Letters, digits, underscores within a word, and signs of units."""
-    readme = readme_of(hostile("shoulder_pan-2 (left)"), [])
+    readme = readme_of("shoulder_pan-2 (left)")
     assert "# Error model of shoulder_pan-2 (left)\n" in readme

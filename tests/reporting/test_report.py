@@ -73,6 +73,12 @@ def write_folder(study, out, *, force=False):
     return Study(**made).report(out, force=force)
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Write studies without their plots, where the folder is the subject."""
+    monkeypatch.setattr(Study, "plots", ())
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Write the small study once."""
@@ -313,6 +319,7 @@ def test_existing_folder_needs_force(folder):
     assert (folder / "result.json").stat().st_mtime_ns == before
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_force_replaces_our_own_folder(tmp_path):
     """With --force the new results stand where the old ones stood, and nothing is left beside
     them.
@@ -391,6 +398,7 @@ def failing_at(name: str, error: BaseException):
     return written
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("name", ["report.html", "result.json", "arrays.nc"])
 def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
     """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays
@@ -404,6 +412,7 @@ def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
     assert left_in(tmp_path) == []
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 def test_failure_keeps_the_old_results(tmp_path, monkeypatch, error):
     """When replacing fails midway, by a full disk or by Ctrl-C, the earlier results are still
@@ -419,6 +428,7 @@ def test_failure_keeps_the_old_results(tmp_path, monkeypatch, error):
     assert (target / "result.json").read_text() == "old"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
     """When the new folder is complete but cannot take its place, the old one returns to it."""
     target = tmp_path / "out"
@@ -502,6 +512,7 @@ def test_killed_at_any_step_of_replacing_the_old_or_the_new_results_stand(tmp_pa
     assert missing == (0 if how == "atomic" else 1)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_parent_that_is_a_file_is_one_message(tmp_path):
     """A path through a file cannot be; the message is the package's own."""
     (tmp_path / "file").write_text("mine")

@@ -20,7 +20,7 @@ def asked():
     """Ask some questions once."""
     arm = lostmotion.read(Z_ARM)
     return {
-        "study": lostmotion.study(arm, 64, 20, 3),
+        "study": lostmotion.study(ROOT / "examples" / "planar-2r.toml", 16, 20, 3),
         "statics": lostmotion.statics(arm, poses=16),
         "gear": lostmotion.gear(Z_ARM, "A"),
         "bearing": lostmotion.bearing(

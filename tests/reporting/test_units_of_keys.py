@@ -1,5 +1,7 @@
 """result.json: a key has one unit, an SI unit, whatever arm or part is asked about."""
 
+import json
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -7,6 +9,7 @@ import pytest
 
 import lostmotion
 from lostmotion.printed import UNITS
+from tests.arms import JOINT, arm_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ARMS = sorted(
@@ -45,9 +48,16 @@ def check(results):
 
 
 def test_keys_of_a_study_have_one_unit_whatever_the_size_of_the_arm():
-    """A gantry that errs by micrometres and a hobby arm that errs by centimetres."""
-    files = ("gantry.toml", "printed-hobby-arm.toml", "z-arm.toml")
-    check(lostmotion.study(EXAMPLES / each, 16, 20, 3) for each in files)
+    """A gantry that errs by micrometres, and an arm whose joints are stated in arcseconds beside the
+    same one with degrees, which errs by centimetres.
+    """
+    fine, coarse = (
+        arm_of(**json.loads(re.sub("(?<!/)arcmin", unit, json.dumps(JOINT))))
+        for unit in ("arcsec", "deg")
+    )
+    found = [lostmotion.study(each, 16, 20, 3) for each in (EXAMPLES / "gantry.toml", fine, coarse)]
+    assert 10 * found[1].p95.value < found[2].p95.value
+    check(found)
 
 
 @pytest.mark.slow

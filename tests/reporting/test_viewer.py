@@ -15,11 +15,12 @@ from pathlib import Path
 
 import pytest
 
+import lostmotion
 from lostmotion.reporting.page.document import page
 from lostmotion.reporting.page.viewer import scripts
-from tests.arms import small_study
 
-FOLDER = Path(__file__).parents[2] / "viewer"
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "viewer"
 SCRIPT = files("lostmotion.reporting.page").joinpath("viewer.js")
 needs_sources = pytest.mark.skipif(
     not FOLDER.is_dir(), reason="the sources of the viewer are not part of this copy"
@@ -74,8 +75,9 @@ def test_the_policy_of_a_page_lets_the_viewer_run_and_nothing_else():
     """It names the hashes of the loader and of the unpacked script, and no address; a page without
     a picture of an arm allows no script.
     """
-    study = small_study()
-    written = page(study.sheet, study.plots, "0")
+    study = lostmotion.study(ROOT / "examples" / "planar-2r.toml", 16, method="analytic")
+    plots = study.plots
+    written = page(study.sheet, plots, "0")
     policy = re.search(r'Content-Security-Policy" content="([^"]+)"', written)[1]
     packed = re.search(r'<script type="text/plain" id="viewer-code">([^<]+)</script>', written)[1]
     code = gzip.decompress(base64.b64decode(packed)).decode()
@@ -90,6 +92,6 @@ def test_the_policy_of_a_page_lets_the_viewer_run_and_nothing_else():
     assert policy.startswith("default-src 'none';")
     # without JavaScript the pictures below it are shown
     assert re.search(r'<div class="viewer" [^>]*hidden>', written)
-    without = page(study.sheet, [plot for plot in study.plots if plot.scene is None], "0")
+    without = page(study.sheet, [plot for plot in plots if plot.scene is None], "0")
     assert "script-src 'none'" in without
     assert "<script" not in without
