@@ -4,6 +4,7 @@ and prices.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from lostmotion.io.sizing_options import OptionTables
     from lostmotion.parts.joint import Joint, RevoluteJoint
 
+# Its schema takes longer to build than the whole catalogue to read.
+_reader = functools.cache(TypeAdapter)
 CATALOGUE: Final = "catalogue"
 # Catalogue rows rated below this share of the present holding torque are excluded: lighter links do
 # not save as much.
@@ -113,7 +116,7 @@ def _gearbox_candidate(
         return None
     full_name = model if ratio is None else f"{model}-{ratio:g}"
     tree = row.with_stated({"model": full_name, **({} if ratio is None else {"ratio": ratio})})
-    part = TypeAdapter(TurningGearbox).validate_python(tree, context={"text": True})
+    part = _reader(TurningGearbox).validate_python(tree, context={"text": True})
     cost = options.cost(full_name, name, model)
     in_file = any(row is own for own in options.in_file)
     if row.mass_source and cost.mass is None:

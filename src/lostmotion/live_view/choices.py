@@ -4,6 +4,7 @@ links.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
 
+# The schema of a type with many kinds takes longer to build than a thousand parts to read.
+_reader = functools.cache(TypeAdapter)
 # The choice that leaves a part as the file describes it.
 AS_IN_FILE: Final = "as in the file"
 # Round tubes that every link can have, outside diameter and wall in mm, in the material of the
@@ -59,7 +62,7 @@ class Choices:
 
     def __post_init__(self) -> None:
         """Raise ValueError for a payload that an arm file could not state."""
-        TypeAdapter(Mass).validate_python(self.payload)
+        _reader(Mass).validate_python(self.payload)
 
     @property
     def stage(self) -> str:
@@ -134,9 +137,7 @@ def _with_gearbox(joint: Joint, names: Mapping[str, str]) -> Joint:
     row, ratio = find_gearbox(name)
     tree = row.with_stated({"model": name, "ratio": ratio})
     return joint.model_copy(
-        update={
-            "gearbox": TypeAdapter(TurningGearbox).validate_python(tree, context={"text": True})
-        }
+        update={"gearbox": _reader(TurningGearbox).validate_python(tree, context={"text": True})}
     )
 
 
@@ -154,7 +155,7 @@ def _with_section(arm: Arm, joint: Joint, names: Mapping[str, str]) -> Joint:
         outer, wall = size
         tube = {"kind": "tube", "outer": f"{outer} mm", "wall": f"{wall} mm"}
         section, material = (
-            TypeAdapter(Section).validate_python(tube, context={"text": True}),
+            _reader(Section).validate_python(tube, context={"text": True}),
             joint.link.material or materials()[_MATERIAL],
         )
     update = {
