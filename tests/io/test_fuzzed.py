@@ -69,7 +69,6 @@ def test_sizes_that_no_arm_has_are_refused_in_words(tmp_path, old, new, said):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_gearboxes")
 def test_what_is_described_before_spoiling_is_studied(tmp_path):
     """Every text without a mistake has a small study with finite figures, or lacks any source of
     error.
@@ -92,7 +91,6 @@ def test_spoiled_files_are_refused_or_read(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_gearboxes")
 def test_two_thousand_spoiled_files_are_refused_or_read(tmp_path):
     """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback,
     warning or control character, nothing written.
