@@ -11,6 +11,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm, Study, study
+from lostmotion.error_model import few_poses
 from lostmotion.parts.gearbox.cycloidal import examined, model
 from tests.arms import arm_of
 
@@ -37,6 +38,14 @@ def arm() -> Arm:
 def z_arm_study() -> Study:
     """Return the study of the Z-arm by both methods, of which nothing is changed."""
     return study(Path(__file__).parents[1] / "examples" / "z-arm.toml", 64, 60, 3, method="both")
+
+
+@pytest.fixture
+def few_compared_poses(monkeypatch):
+    """Compare the poses of a study with 128 more in place of 2 048, by which it finds that they are
+    too few: for tests of other answers, whose time these 2 048 would be.
+    """
+    monkeypatch.setattr(few_poses, "MANY", 128)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ EXAMPLE = Path(__file__).parents[1] / "examples" / "gearbox" / "two-stage-lobes.
 # Every figure of the sheet, to the last bit.
 ASKED = """
 import sys, lostmotion
-found = lostmotion.gear(sys.argv[1])
+found = lostmotion.gear(sys.argv[1], gearboxes=8)
 print([repr(getattr(each, "value", each)) for section in found.sheet.sections for row in section.rows for each in row.cells])
 """
 # Two calls that overlap and end in the order in which they began.

@@ -94,15 +94,17 @@ def test_statics_states_where_it_falls():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_compared_poses")
 @pytest.mark.parametrize("more", [{"method": "analytic"}, {"robots": 8, "visits": 2}])
 def test_a_study_states_where_it_falls(more):
     """With and without sampling, over the poses where the arm stands."""
-    found = lostmotion.study(two(0.5), 256, **more)
-    assert len(found.poses) < 256
+    found = lostmotion.study(two(0.5), 64, **more)
+    assert len(found.poses) < 64
     assert begins_with_its_falls(found.sheet)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_compared_poses")
 def test_a_comparison_and_a_target_state_where_an_arm_falls():
     """The headline begins with the poses of the arm that falls, by its name among several."""
     counts = {"poses": 64, "robots": 20, "visits": 2}

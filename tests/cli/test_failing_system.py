@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from lostmotion import checked_file
+from lostmotion import Study, checked_file
 from lostmotion.cli import app as _  # noqa: F401 - loaded before calls are counted
 from lostmotion.cli.app import _carried_out
 from lostmotion.errors import LostmotionError
@@ -167,6 +167,7 @@ def test_a_run_keeps_its_finished_blocks(tmp_path, step):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_compared_poses")
 def test_a_command_whose_files_fail_is_one_message(tmp_path, monkeypatch, capsys):
     """A study from its arm file to its report, of whose calls every fifth fails in one of three
     ways: exit code 2 and a message, or the result to the byte; the earlier result stays where there
@@ -191,6 +192,8 @@ def test_a_command_whose_files_fail_is_one_message(tmp_path, monkeypatch, capsys
         str(out),
     ]
     monkeypatch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+    # pictures are drawn in memory, and take most of the time of a report
+    monkeypatch.setattr(Study, "plots", property(lambda study: [study._first_plot()]))
     monkeypatch.setattr(sys, "argv", ["lostmotion", *words])
     assert _carried_out()[0] == 0
     expected = contents(out)

@@ -61,13 +61,14 @@ def test_keys_of_a_study_have_one_unit_whatever_the_size_of_the_arm():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_gearboxes", "few_compared_poses")
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda arm: lostmotion.study(arm, 16, 20, 3, target="1 mm"),
+        lambda arm: lostmotion.study(arm, 16, 8, 2, target="1 mm"),
         lambda arm: lostmotion.statics(arm, poses=16),
         lostmotion.check,
-        lambda arm: lostmotion.iso9283(arm, robots=20),
+        lambda arm: lostmotion.iso9283(arm, robots=8),
     ],
     ids=["study", "statics", "check", "iso9283"],
 )
