@@ -39,7 +39,7 @@ TABLES = {"svg": "csv", "pdf": "latex", "png": None}
 
 
 @cache
-def drawn(time=1):  # noqa: ARG001 - each time is drawn anew
+def drawn(time=1):  # noqa: ARG001 - each time is drawn again
     """Return the plots of the small study, of which nothing is changed."""
     return small_study().plots
 
