@@ -256,7 +256,7 @@ def pose_of(
     """
     out = np.eye(4)
     for axis, angle in zip(((0, 0, 1), (0, 1, 0), (1, 0, 0)), reversed(rpy), strict=True):
-        if angle:  # few frames are turned, and each turn costs as much as the rest together
+        if angle:  # few frames are turned, and turns take most of the time
             out = out @ turn(axis, float(angle))
     out[:3, 3] = xyz
     return out

@@ -11,7 +11,13 @@ from scipy.stats import t
 from lostmotion import sample_poses
 from lostmotion.error_model import error_bins, intervals, robot_intervals
 from lostmotion.error_model.error_bins import bin_edges
-from lostmotion.error_model.intervals import of_length, pooled_quantile, standard_deviation
+from lostmotion.error_model.intervals import (
+    of_length,
+    pooled_quantile,
+    pseudo_values,
+    quantile,
+    standard_deviation,
+)
 from lostmotion.error_model.robot_intervals import (
     pooled_mean,
     pooled_robots_quantile,
@@ -476,3 +482,15 @@ def test_the_interval_of_a_share_is_wilsons(hits, count):
     for end in share_interval(hits, count):
         away = z * math.sqrt(end * (1 - end) / count)
         assert end in {0.0, 1.0} or abs(end - share) == pytest.approx(away, rel=1e-9)
+
+
+@pytest.mark.parametrize("bins", [[], [0], [4000, 4001, 4007], [5, error_bins.BINS - 1]])
+def test_pseudo_values_are_those_of_all_bins(bins):
+    """The bins without a sample may be passed over: also where none has one, and where the errors
+    reach the first or the last.
+    """
+    hists = np.zeros((3, error_bins.BINS), np.int64)
+    hists[:, bins] = np.random.default_rng(1).integers(0, 9, (3, len(bins)))
+    whole = hists.sum(axis=0)
+    expected = [3 * quantile(whole, 0.6) - 2 * quantile(whole - one, 0.6) for one in hists]
+    np.testing.assert_array_equal(pseudo_values(hists, 0.6), expected)

@@ -227,9 +227,10 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
     count, of_all = len(hists), quantile(whole, level)
     if count == 1:
         return np.array([of_all])
-    # Of thousands of bins the errors of an arm fill some hundreds: those, and an empty one before.
-    filled = np.flatnonzero(whole)
-    first, end = max(int(filled[0]) - 1, 0), int(filled[-1]) + 1
+    # Of thousands of bins the errors of an arm fill some hundreds: those, and an empty one before;
+    # all where there are no errors.
+    filled = whole > 0
+    first, end = max(int(filled.argmax()) - 1, 0), len(filled) - int(filled[::-1].argmax())
     return np.array(
         [
             count * of_all - (count - 1) * quantile(rest, level, first)

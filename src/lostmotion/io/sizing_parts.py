@@ -4,12 +4,11 @@ and prices.
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from lostmotion.catalogue.clearances import clearance_of_group
 from lostmotion.catalogue.gearboxes import find_gearbox, find_rows, gearboxes
@@ -28,15 +27,13 @@ from lostmotion.io.sizing_options import (
 from lostmotion.io.toml import key_step
 from lostmotion.mechanism.holding_torques import holding_torques
 from lostmotion.mechanism.leg_copies import leg_copies
-from lostmotion.parts.gearbox.kinds import TurningGearbox
+from lostmotion.parts.gearbox.kinds import turning_gearbox
 from lostmotion.sizing.candidates import PartCandidate, Slot
 
 if TYPE_CHECKING:
     from lostmotion.io.sizing_options import OptionTables
     from lostmotion.parts.joint import Joint, RevoluteJoint
 
-# Its schema takes longer to build than the whole catalogue to read.
-_reader = functools.cache(TypeAdapter)
 CATALOGUE: Final = "catalogue"
 # Catalogue rows rated below this share of the present holding torque are excluded: lighter links do
 # not save as much.
@@ -116,7 +113,7 @@ def _gearbox_candidate(
         return None
     full_name = model if ratio is None else f"{model}-{ratio:g}"
     tree = row.with_stated({"model": full_name, **({} if ratio is None else {"ratio": ratio})})
-    part = _reader(TurningGearbox).validate_python(tree, context={"text": True})
+    part = turning_gearbox(tree)
     cost = options.cost(full_name, name, model)
     in_file = any(row is own for own in options.in_file)
     if row.mass_source and cost.mass is None:

@@ -4,7 +4,6 @@ links.
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +13,7 @@ from lostmotion.catalogue import materials
 from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
 from lostmotion.error_model.remedies import STAGES
 from lostmotion.parts.error_source import Mass
-from lostmotion.parts.gearbox.kinds import TurningGearbox
+from lostmotion.parts.gearbox.kinds import turning_gearbox
 from lostmotion.parts.profile import Section
 
 if TYPE_CHECKING:
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
 
-# The schema of a type with many kinds takes longer to build than a thousand parts to read.
-_reader = functools.cache(TypeAdapter)
 # The choice that leaves a part as the file describes it.
 AS_IN_FILE: Final = "as in the file"
 # Round tubes that every link can have, outside diameter and wall in mm, in the material of the
@@ -62,7 +59,7 @@ class Choices:
 
     def __post_init__(self) -> None:
         """Raise ValueError for a payload that an arm file could not state."""
-        _reader(Mass).validate_python(self.payload)
+        TypeAdapter(Mass).validate_python(self.payload)
 
     @property
     def stage(self) -> str:
@@ -136,9 +133,7 @@ def _with_gearbox(joint: Joint, names: Mapping[str, str]) -> Joint:
         return joint
     row, ratio = find_gearbox(name)
     tree = row.with_stated({"model": name, "ratio": ratio})
-    return joint.model_copy(
-        update={"gearbox": _reader(TurningGearbox).validate_python(tree, context={"text": True})}
-    )
+    return joint.model_copy(update={"gearbox": turning_gearbox(tree)})
 
 
 def _with_section(arm: Arm, joint: Joint, names: Mapping[str, str]) -> Joint:
@@ -155,7 +150,7 @@ def _with_section(arm: Arm, joint: Joint, names: Mapping[str, str]) -> Joint:
         outer, wall = size
         tube = {"kind": "tube", "outer": f"{outer} mm", "wall": f"{wall} mm"}
         section, material = (
-            _reader(Section).validate_python(tube, context={"text": True}),
+            TypeAdapter(Section).validate_python(tube, context={"text": True}),
             joint.link.material or materials()[_MATERIAL],
         )
     update = {

@@ -4,9 +4,10 @@ those of other packages.
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias, TypeGuard, Union
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, TypeAdapter
 
 from lostmotion.parts import gearbox as package
 from lostmotion.parts.error_source import (
@@ -28,6 +29,8 @@ from lostmotion.parts.gearbox.slide import SlideFigures
 from lostmotion.parts.kinds import kinds_of_extensions
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from typing_extensions import TypeIs
 
 # The kind of a gearbox that states none.
@@ -67,6 +70,19 @@ SlidingDrive = Annotated[
 # Described by data-sheet figures, on a turning or a sliding joint; and of any kind.
 StatedGearbox: TypeAlias = _StatedTurning | _StatedSliding
 AnyGearbox: TypeAlias = StatedGearbox | CycloidalGearbox
+
+
+@functools.cache
+def _turning() -> TypeAdapter[Any]:
+    return TypeAdapter(TurningGearbox)  # its schema, of many kinds, takes 30 ms to build
+
+
+def turning_gearbox(stated: Mapping[str, Any]) -> TurningGearbox:
+    """Return the gearbox of a turning joint with these keys and values as in a file; raises
+    pydantic's ValidationError where they describe none.
+    """
+    found: TurningGearbox = _turning().validate_python(stated, context={"text": True})
+    return found
 
 
 # Type checkers cannot express isinstance with a parametrised Pydantic class.
