@@ -12,8 +12,8 @@ test: # all but the slow tests
 test-of: # tests of FILE="src/...", several by spaces; without it, of what differs from the last commit
 	@tests=$$(python -m tests.affected $(FILE)) && echo "$$tests" && pytest $$tests
 
-slow: # the tests that take more than a few seconds
-	pytest -m slow
+slow: # the tests that take more than a few seconds, in the files that have any
+	pytest -m slow $$(grep -rlw --include='test_*.py' slow tests)
 
 lint: # style, types and directions of imports
 	ruff check .

@@ -3,6 +3,8 @@
 import gc
 import os
 from pathlib import Path
+from types import ModuleType
+from typing import Final
 
 import pytest
 
@@ -11,9 +13,38 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm, Study, study
+from lostmotion.accuracy import workspace
 from lostmotion.error_model import few_poses
 from lostmotion.parts.gearbox.cycloidal import examined, model
+from lostmotion.propagation import exact
 from tests.arms import arm_of
+
+# Counts that each answer of a study takes, whatever is asked for, and what a test computes with in
+# their place: most tests are of other answers, whose time these would be. As in the product they
+# are in tests marked `usual_counts`, in slow tests unless marked `few_counts`, and in commands of
+# their own process.
+COUNTS: Final[tuple[tuple[ModuleType, str, int], ...]] = (
+    (workspace, "SAMPLES", 1 << 15),  # tool positions, of 524 288
+    (few_poses, "MANY", 128),  # poses with which few are compared, of 2 048
+    (exact, "ROBOTS", 4),  # composed exactly at each pose of the check, of 16
+    (exact, "VISITS", 2),  # of each, of 4
+    (model, "GEARBOXES", 64),  # behind a table of cycloidal gearboxes, of 256
+    (model, "_HARMONIC_GEARBOXES", 4),  # behind their spectrum, of 48
+    (examined, "MOST_SPECTRA", 8),  # whose transmission error is shown, of 64
+)
+USUAL: Final = tuple(getattr(module, name) for module, name, _ in COUNTS)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Set the counts of a test before its fixtures."""
+    marked = {marker.name for marker in item.iter_markers()}
+    usual = "usual_counts" in marked or ("slow" in marked and "few_counts" not in marked)
+    wanted = USUAL if usual else tuple(few for _, _, few in COUNTS)
+    if wanted != tuple(getattr(module, name) for module, name, _ in COUNTS):
+        for (module, name, _), count in zip(COUNTS, wanted, strict=True):
+            setattr(module, name, count)
+        model._behaviour.cache_clear()  # tables from other numbers of gearboxes
 
 
 def pytest_configure() -> None:
@@ -38,26 +69,3 @@ def arm() -> Arm:
 def z_arm_study() -> Study:
     """Return the study of the Z-arm by both methods, of which nothing is changed."""
     return study(Path(__file__).parents[1] / "examples" / "z-arm.toml", 64, 60, 3, method="both")
-
-
-@pytest.fixture
-def few_compared_poses(monkeypatch):
-    """Compare the poses of a study with 128 more in place of 2 048, by which it finds that they are
-    too few: for tests of other answers, whose time these 2 048 would be.
-    """
-    monkeypatch.setattr(few_poses, "MANY", 128)
-
-
-@pytest.fixture(scope="module")
-def few_gearboxes():
-    """Compute tables of cycloidal gearboxes from 64 of them and spectra from 4, in place of 256 and
-    48, and show the transmission error of at most 8 in place of 64: for files of tests that compare
-    no statistics of these.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(model, "GEARBOXES", 64)
-        patch.setattr(model, "_HARMONIC_GEARBOXES", 4)
-        patch.setattr(examined, "MOST_SPECTRA", 8)
-        model._behaviour.cache_clear()
-        yield
-    model._behaviour.cache_clear()

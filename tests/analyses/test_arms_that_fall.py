@@ -94,7 +94,7 @@ def test_statics_states_where_it_falls():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_compared_poses")
+@pytest.mark.few_counts
 @pytest.mark.parametrize("more", [{"method": "analytic"}, {"robots": 8, "visits": 2}])
 def test_a_study_states_where_it_falls(more):
     """With and without sampling, over the poses where the arm stands."""
@@ -104,7 +104,7 @@ def test_a_study_states_where_it_falls(more):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_compared_poses")
+@pytest.mark.few_counts
 def test_a_comparison_and_a_target_state_where_an_arm_falls():
     """The headline begins with the poses of the arm that falls, by its name among several."""
     counts = {"poses": 64, "robots": 20, "visits": 2}

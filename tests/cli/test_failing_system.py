@@ -167,7 +167,7 @@ def test_a_run_keeps_its_finished_blocks(tmp_path, step):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_compared_poses")
+@pytest.mark.few_counts
 def test_a_command_whose_files_fail_is_one_message(tmp_path, monkeypatch, capsys):
     """A study from its arm file to its report, of whose calls every fifth fails in one of three
     ways: exit code 2 and a message, or the result to the byte; the earlier result stays where there

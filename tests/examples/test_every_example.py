@@ -13,7 +13,6 @@ from lostmotion.io.sizing import read_request
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = sorted(
     path

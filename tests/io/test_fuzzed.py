@@ -33,7 +33,6 @@ def look_at(folder, count):
     return counts
 
 
-@pytest.mark.usefixtures("few_gearboxes")
 def test_the_files_that_are_spoiled_are_sound_before(tmp_path, monkeypatch):
     """Every text that the spoiling begins with is read: else it would be refused for what nobody
     spoiled.

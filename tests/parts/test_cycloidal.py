@@ -34,7 +34,6 @@ VALIDATES = (
     ),
 )
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[2] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")
 

@@ -27,7 +27,6 @@ from tests.parts.test_cycloidal import DRAWING
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
 PLAY = {"backlash": 3e-4}
 # Every kind of part that has a play, by the key of its friction: a joint's field, and what states
 # the play.

@@ -61,7 +61,7 @@ def test_keys_of_a_study_have_one_unit_whatever_the_size_of_the_arm():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("few_gearboxes", "few_compared_poses")
+@pytest.mark.few_counts
 @pytest.mark.parametrize(
     "ask",
     [

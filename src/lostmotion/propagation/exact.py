@@ -33,6 +33,10 @@ if TYPE_CHECKING:
 FAILS: Final = 0.1
 # Differences below a nanometre do not count, for any size of the error.
 _NOTHING: Final = 1e-9
+# Poses of a study at which it is compared, evenly spread; robots at each, and visits of each.
+POSES: Final = 12
+ROBOTS: Final = 16
+VISITS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)

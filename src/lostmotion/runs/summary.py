@@ -40,9 +40,6 @@ MOST_WORST: Final = 10
 _LEVEL: Final = 0.95
 _CURVE: Final = 200
 _LIMIT_POSES: Final = 64
-_CHECKED_POSES: Final = 12
-_CHECKED_ROBOTS: Final = 16
-_CHECKED_VISITS: Final = 4
 _LARGEST, _ROBOT, _VISIT = (
     COLUMNS.index(name) for name in ("largest", "largest_robot", "largest_visit")
 )
@@ -379,10 +376,10 @@ def _some_poses(order: Order, design: int) -> Floats:
 def _check(order: Order, design: int) -> exact.ExactCheck:
     """Compare first order with exact composition at a few poses, evenly spread over the run."""
     arm = design_of(order, design).arm
-    poses = np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int))
+    poses = np.unique(np.linspace(0, order.poses - 1, exact.POSES).astype(int))
     q = np.concatenate([poses_of(order, design, int(pose), int(pose) + 1) for pose in poses])
     matrix = pose_matrix(arm, q, approach=order.approach)
-    counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
+    counts = min(order.robots, exact.ROBOTS), min(order.visits, exact.VISITS)
     found = [
         exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts)
         for row, pose in enumerate(poses)

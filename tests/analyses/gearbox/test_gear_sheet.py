@@ -59,7 +59,6 @@ VALIDATES = (
     ),
 )
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
 EXAMPLES = Path(__file__).parents[3] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")
 PLAIN: dict[str, Any] = {

@@ -40,10 +40,6 @@ _MOST_PAIRS: Final = 2_000_000
 # Small blocks share one pose matrix, of as many poses as other figures ask for at a time, which so
 # find it kept, up to this number of samples: each matrix is the work of one thread.
 _FEW_SAMPLES: Final = 16_000_000
-# Number of poses of the check by exact composition, evenly spaced over the study.
-_CHECKED_POSES: Final = 12
-_CHECKED_ROBOTS: Final = 16
-_CHECKED_VISITS: Final = 4
 
 
 @dataclass(frozen=True)
@@ -133,7 +129,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     tile: int = 1,
     device: Device = "cpu",
-    compared: int = _CHECKED_POSES,
+    compared: int = exact.POSES,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sampled:
     """Return the errors of these robots at these poses.
@@ -274,8 +270,8 @@ def _batch(plan: BlockPlan, spans: list[tuple[int, int]], compared: int) -> _Bat
             first,
             rows,
             plan.seed,
-            min(plan.robots, _CHECKED_ROBOTS),
-            min(plan.visits, _CHECKED_VISITS),
+            min(plan.robots, exact.ROBOTS),
+            min(plan.visits, exact.VISITS),
         ),
     )
 
