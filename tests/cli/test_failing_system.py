@@ -202,8 +202,8 @@ def test_a_command_whose_files_fail_is_one_message(tmp_path, monkeypatch, capsys
     monkeypatch.setattr(workspace, "SAMPLES", 4096)
     pictures = [study(place / "tiny.toml", 16, 8, visits=2)._first_plot()]
     picture = svg.raw_svg(pictures[0].figure)
-    monkeypatch.setattr(Study, "plots", property(lambda _: pictures))
-    monkeypatch.setattr(svg, "raw_svg", lambda _: picture)
+    monkeypatch.setattr(Study, "plots", property(lambda _of: pictures))
+    monkeypatch.setattr(svg, "raw_svg", lambda _of: picture)
     monkeypatch.setattr(sys, "argv", ["lostmotion", *words])
     assert _carried_out()[0] == 0
     expected = contents(out)
