@@ -64,7 +64,7 @@ def test_the_links_of_closed_chains_with_legs_are_sized(name, tmp_path, monkeypa
     file is read as the sized arm.
     """
     monkeypatch.setattr(svg, "raw_svg", lambda _: '<svg viewBox="0 0 1 1"></svg>')
-    found = lostmotion.size(DELTA.with_name(f"{name}.toml"), poses=8)
+    found = lostmotion.size(DELTA.with_name(f"{name}.toml"), poses=32)
     assert found.is_met
     found.report(tmp_path / "sized")
     assert not any(";" in line for line in found.further_files(tmp_path / "sized"))
