@@ -219,6 +219,8 @@ import hashlib, sys
 import numpy as np
 import lostmotion
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.parts.gearbox.cycloidal import model
+model.GEARBOXES, model._HARMONIC_GEARBOXES = 16, 4  # the kernels are the same for a few
 arm = lostmotion.read(sys.argv[1])
 low, high = arm.limits.T
 poses = low + (high - low) * np.random.default_rng(1).random((8, len(low)))

@@ -4,18 +4,22 @@ nothing half written.
 
 from __future__ import annotations
 
+import functools
 import shutil
 import sys
 
 import numpy as np
 import pytest
 
-from lostmotion import Study, checked_file
+from lostmotion import Study, checked_file, study
+from lostmotion.accuracy import workspace
 from lostmotion.cli import app as _  # noqa: F401 - loaded before calls are counted
 from lostmotion.cli.app import _carried_out
 from lostmotion.errors import LostmotionError
 from lostmotion.io.flexibility_files import FlexibilityFiles
+from lostmotion.reporting import svg
 from lostmotion.reporting.folder import write_whole
+from lostmotion.runs import workers
 from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.store import Store
 from tests.cli.failing_calls import every_failure
@@ -122,10 +126,12 @@ def test_a_cache_that_fails_costs_only_time(tmp_path):
 
 
 @pytest.mark.parametrize("step", [23, pytest.param(6, marks=pytest.mark.slow)])
-def test_a_run_keeps_its_finished_blocks(tmp_path, step):
+def test_a_run_keeps_its_finished_blocks(tmp_path, monkeypatch, step):
     """Whichever call fails while a run is begun, continued and read: the same order then ends with
     the same bytes as an undisturbed one. Of all calls every second fails, in one of three ways.
     """
+    # What a block holds, computed from no file, is the same each time.
+    monkeypatch.setattr(workers, "compute_packed", functools.cache(workers.compute_packed))
     arm = tmp_path / "tiny.toml"
     arm.write_text(ARM, encoding="utf-8")
     asked = order(arm, poses=16, robots=10, visits=2, seed=1, pose_law="uniform", block=8)
@@ -192,8 +198,12 @@ def test_a_command_whose_files_fail_is_one_message(tmp_path, monkeypatch, capsys
         str(out),
     ]
     monkeypatch.setenv("XDG_CACHE_HOME", str(place / "cache"))
-    # pictures are drawn in memory, and take most of the time of a report
-    monkeypatch.setattr(Study, "plots", property(lambda study: [study._first_plot()]))
+    # Computed in memory from no file, and most of the time of a study and of its report.
+    monkeypatch.setattr(workspace, "SAMPLES", 4096)
+    pictures = [study(place / "tiny.toml", 16, 8, visits=2)._first_plot()]
+    picture = svg.raw_svg(pictures[0].figure)
+    monkeypatch.setattr(Study, "plots", property(lambda _of: pictures))
+    monkeypatch.setattr(svg, "raw_svg", lambda _of: picture)
     monkeypatch.setattr(sys, "argv", ["lostmotion", *words])
     assert _carried_out()[0] == 0
     expected = contents(out)

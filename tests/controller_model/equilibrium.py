@@ -106,11 +106,14 @@ class SoftArm:
         """
         side = np.zeros_like(command) if side is None else side
         twists = np.zeros((len(command), 2 * command.shape[1], 6))
+        change, left = np.full(len(command), np.inf), np.arange(len(command))
         for _ in range(ITERATIONS):
-            turns, points = self.moved(command, twists)
-            before, twists = twists, self.twists(turns, points, side)
-            change = np.abs(twists - before).max(axis=(1, 2))
-            if change.max() < 1e-15:
+            turns, points = self.moved(command[left], twists[left])
+            found = self.twists(turns, points, side[left])
+            change[left] = np.abs(found - twists[left]).max(axis=(1, 2))
+            twists[left] = found
+            left = left[change[left] >= 1e-15]  # a pose that stands still is left alone
+            if not len(left):
                 break
         turns, points = self.moved(command, twists)
         return turns[:, -1], points[:, -1], change

@@ -203,10 +203,10 @@ def settled_errors(arm, found, q, side=None):
     """Return the errors (pose,), m, of an uncompensated and a compensated arm in equilibrium, and
     the poses at which both have one.
     """
-    errors, settles = [], True
+    wanted, errors, settles = arm.moved(q)[1][:, -1], [], True
     for command in (q, found.command):
         _, point, change = arm.settled(command, side)
-        errors.append(np.linalg.norm(point - arm.moved(q)[1][:, -1], axis=1))
+        errors.append(np.linalg.norm(point - wanted, axis=1))
         settles = settles & (change < 1e-10)
     return (*errors, settles)
 

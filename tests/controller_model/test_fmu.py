@@ -218,9 +218,10 @@ def test_the_same_arm_gives_the_same_bytes(exported, tmp_path):
     again, other = tmp_path / "again.fmu", tmp_path / "other.fmu"
     lostmotion.export_fmu(EXAMPLES / "ur5e.urdf", out=again, version=version)
     assert again.read_bytes() == path.read_bytes()
-    lostmotion.export_fmu(EXAMPLES / "planar-2r.toml", out=other, version=version)
-    tokens = {fmpy.read_model_description(str(each)).guid for each in (path, other)}
-    assert len(tokens) == 2
+    if version == VERSIONS[0]:  # the token is that of the arm, whatever the version
+        lostmotion.export_fmu(EXAMPLES / "planar-2r.toml", out=other, version=version)
+        tokens = {fmpy.read_model_description(str(each)).guid for each in (path, other)}
+        assert len(tokens) == 2
 
 
 def test_a_file_is_not_replaced_unasked(tmp_path):

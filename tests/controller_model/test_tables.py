@@ -25,6 +25,7 @@ VALIDATES = (
     ),
 )
 
+pytestmark = pytest.mark.usefixtures("few_gearboxes")
 NAMES = (
     "z-arm.toml",
     "ur5e.urdf",

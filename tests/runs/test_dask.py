@@ -18,7 +18,7 @@ from tests.runs.conftest import tree
 pytest.importorskip("distributed", reason="Dask is not installed: pip install 'lostmotion[dask]'")
 psutil = pytest.importorskip("psutil", reason="comes with Dask")
 
-COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 1}
+COUNTS = {"poses": 32, "robots": 20, "visits": 3, "seed": 1, "block": 1}
 
 
 def blocks_done(folder):

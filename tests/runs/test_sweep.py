@@ -385,7 +385,7 @@ def test_the_command_goes_on_where_it_was_stopped(arm, tmp_path):
         *COUNTS[:-1],
         "1",
         "--poses",
-        "128",
+        "32",
         "--workers",
         "2",
         "--out",
@@ -406,11 +406,11 @@ def test_the_command_goes_on_where_it_was_stopped(arm, tmp_path):
     )
     assert "Traceback" not in child.stderr
     done = len(list((tmp_path / "stopped" / "ledger").glob("*.json")))
-    assert 0 < done < 4 * 128
+    assert 0 < done < 4 * 32
     found = lostmotion.sweep(
-        arm, poses=128, robots=20, visits=3, block=1, out=tmp_path / "stopped", workers=1
+        arm, poses=32, robots=20, visits=3, block=1, out=tmp_path / "stopped", workers=1
     )
-    assert len(tree(tmp_path / "stopped" / "ledger")) == 4 * 128
+    assert len(tree(tmp_path / "stopped" / "ledger")) == 4 * 32
     assert len(found.outcomes) == 4
 
 

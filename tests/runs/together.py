@@ -8,6 +8,7 @@ refused.
 
 from __future__ import annotations
 
+import functools
 import os
 import random
 import shutil
@@ -15,10 +16,12 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import zarr  # noqa: F401 - loaded before the fork, so that both children begin at once
 
 from lostmotion.errors import LostmotionError
-from lostmotion.runs.blocks import compute, compute_packed
+from lostmotion.runs import workers
+from lostmotion.runs.blocks import compute
 from lostmotion.runs.checkpoint import read_regular
 from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.job import order_of
@@ -37,10 +40,13 @@ def main() -> None:
         int(sys.argv[4]),
     )
     orders = [order(path, **COUNTS, seed=each) for each in (1, 2)]
+    # What a block holds follows from its order: computed once here, it is written by every child.
+    compute_packed = workers.compute_packed = functools.cache(workers.compute_packed)
     for asked in orders:
         Store.begin(above / "warm", asked)  # loads what the first store of a process loads
         shutil.rmtree(above / "warm")
-        compute_packed(asked.text(), 0, 0)
+        for design, block in np.ndindex(asked.designs, asked.blocks):
+            compute_packed(asked.text(), design, block)
     own = [
         [compute(asked, 0, block).poses.tobytes() for block in range(asked.blocks)]
         for asked in orders

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.runs.blocks import ZSTD_LEVEL, pieces
+from lostmotion.runs.job import order_of
 
 if TYPE_CHECKING:
     from lostmotion.runs.job import Order
@@ -15,13 +17,18 @@ BLOCKS: Final = "blocks.zarr"
 
 def zarr_metadata(order: Order) -> dict[str, bytes]:
     """Return the metadata of the Zarr group, by file. Made in memory, so that what is on disk is
-    never believed.
+    never believed. Kept for the next store of the same order.
     """
+    return dict(_metadata(order.text()))
+
+
+@functools.lru_cache(maxsize=4)
+def _metadata(text: bytes) -> dict[str, bytes]:
     import zarr
     from zarr.codecs import ZstdCodec
     from zarr.storage import MemoryStore
 
-    held: dict[str, Any] = {}
+    order, held = order_of(text), dict[str, Any]()
     about = {
         "lostmotion": order.made_with["lostmotion"],
         "arm": order.arm,
