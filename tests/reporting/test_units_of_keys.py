@@ -62,7 +62,7 @@ def test_keys_of_a_study_have_one_unit_whatever_the_size_of_the_arm():
 
 
 @pytest.fixture(scope="module")
-def arms(few_gearboxes):
+def arms(few_gearboxes):  # noqa: ARG001 - in the caches of the gearboxes
     """Return every example as an arm, read once for all questions."""
     return [lostmotion.read(path) for path in ARMS]
 
