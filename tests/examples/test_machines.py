@@ -37,7 +37,7 @@ VALIDATES = (
     ),
 )
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
+pytestmark = pytest.mark.usefixtures("few_gearboxes", "few_compared_poses")
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 # File; mean RP in the ISO cycle, from any approach, and AP (m) of a small study at seed 1; and the
 # range for machines of this class, from data sheets or measurements, in which RP, ISO cycle, lies:

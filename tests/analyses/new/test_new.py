@@ -23,6 +23,7 @@ from tests.io.urdfs import arm, link, robot
 LARGE = {"linkage-palletiser", "delta", "hexapod"}
 
 
+@pytest.mark.usefixtures("few_compared_poses")
 @pytest.mark.parametrize(
     "template",
     [
@@ -71,6 +72,7 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     assert tomllib.loads(path.read_text("utf-8"))["name"] == "arm"
 
 
+@pytest.mark.usefixtures("few_compared_poses")
 def test_the_next_steps_and_the_refusal_of_a_second_study_name_force(tmp_path):
     """Whoever changes the new file and studies it again learns beforehand how the first result is
     replaced, and again where it is refused.
@@ -163,6 +165,7 @@ def test_a_load_that_is_rounding_is_printed_as_zero(urdf):
     assert all(load == "0" or float(load) > 1e-6 for load in loads)
 
 
+@pytest.mark.usefixtures("few_compared_poses")
 def test_a_urdf_leads_to_a_prediction_in_two_commands(urdf):
     """The sidecar as written gives an error between a hundredth of a millimetre and centimetres,
     and says what it rests on.
