@@ -84,7 +84,7 @@ PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
 CHOICE = re.compile(r"#ifndef LM_LOOPED\n.*?\n#endif\n\n", re.DOTALL)
 pytestmark = [
     pytest.mark.skipif(not COMPILERS, reason="neither gcc nor clang is installed"),
-    pytest.mark.usefixtures("few_gearboxes"),
+    pytest.mark.few_counts,
 ]
 
 

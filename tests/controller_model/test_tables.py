@@ -25,7 +25,6 @@ VALIDATES = (
     ),
 )
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
 NAMES = (
     "z-arm.toml",
     "ur5e.urdf",

@@ -106,7 +106,8 @@ def copy(tmp_path_factory):
             text.replace(change.before, change.after) if change.before else change.after, "utf-8"
         )
     for line in _commands(outside=False):
-        made.run("-m", *line)
+        # the closed form is that of every pose
+        made.run("-m", *line, *(("--poses", "16") if "study" in line else ()))
     return made
 
 

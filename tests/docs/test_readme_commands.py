@@ -8,6 +8,8 @@ import shlex
 import pytest
 
 from lostmotion.analyses.sizing import command as sizing
+from lostmotion.error_model import few_poses
+from lostmotion.propagation import factor_metrics
 from tests.command import carried_out
 from tests.docs.pages import ROOT
 
@@ -20,11 +22,11 @@ COMMANDS = re.findall(r"`(lostmotion [^`]+)`", TABLE)
 ENDLESS = "lostmotion view "
 # Added to the commands that take longest: their answers have tests of their own.
 FEWER = {
-    "map": "--per-cell 2 --poses 4096",
-    "iso9283": "--robots 100",
-    "target": "--poses 64 --robots 100",
-    "compare": "--poses 64 --robots 100",
-    "sweep": "--poses 64 --robots 100",
+    "map": "--per-cell 2 --poses 1024",
+    "iso9283": "--robots 20",
+    "target": "--poses 16 --robots 24 --visits 3",
+    "compare": "--poses 16 --robots 24 --visits 3",
+    "sweep": "--poses 16 --robots 24 --visits 3",
 }
 
 
@@ -44,11 +46,15 @@ def test_a_command_of_the_readme_runs_as_printed(command, folder, monkeypatch):
     """It ends with exit code 0 and an answer, on lines of 80 columns, and the report that it names
     lies in the folder.
     """
-    # what `size` studies has no option
-    for name, count in (("POSES", 256), ("ROBOTS", 100), ("VISITS", 5)):
+    # what `size` studies has no option, nor have the samples with which `target` solves
+    for name, count in (("POSES", 128), ("ROBOTS", 100), ("VISITS", 5)):
         monkeypatch.setattr(sizing, f"DEFAULT_{name}", count)
+    monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 13)
     words = shlex.split(command)[1:]
-    done = carried_out(*words, *FEWER.get(words[0], "").split(), cwd=folder)
+    if command != COMMANDS[0]:  # its screen is compared
+        monkeypatch.setattr(few_poses, "MANY", 128)
+        words += FEWER.get(words[0], "").split()
+    done = carried_out(*words, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert max(map(len, done.stdout.splitlines())) <= 80

@@ -17,6 +17,7 @@ from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.sizing import read_request
 from lostmotion.io.sweep_designs import read_sweep
 from lostmotion.io.task_file import read_task
+from lostmotion.propagation import factor_metrics
 from tests.docs.pages import PAGES, ROOT, TOUR, snippets
 
 if TYPE_CHECKING:
@@ -100,11 +101,14 @@ def test_every_command_of_a_table_is_one_that_the_command_takes(page):
 
 
 @pytest.mark.slow
+@pytest.mark.few_counts
 @pytest.mark.parametrize(
     "page", [page for page in TOUR if snippets(page, "python")], ids=lambda page: page.name
 )
 def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     """A reader who types a page's snippets one after the other gets no error."""
+    # those with which a target is solved, of which no snippet states the number
+    monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 13)
     (tmp_path / "examples").symlink_to(EXAMPLES)
     monkeypatch.chdir(tmp_path)
     names = {}

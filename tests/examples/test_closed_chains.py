@@ -46,6 +46,7 @@ def slope(solve, size=1e-3):
 
 
 @pytest.mark.slow
+@pytest.mark.few_counts
 @pytest.mark.parametrize(
     ("file", "cycle", "either", "accuracy"),
     [

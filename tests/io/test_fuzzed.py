@@ -17,7 +17,7 @@ from tests.io.consistent import studied_shortly
 from tests.io.fuzzed import longest, outcomes
 from tests.io.fuzzed_formats import EXAMPLES, formats
 
-pytestmark = pytest.mark.usefixtures("few_gearboxes")
+pytestmark = pytest.mark.few_counts
 
 
 def look_at(folder, count):

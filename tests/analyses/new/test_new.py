@@ -23,6 +23,7 @@ from tests.io.urdfs import arm, link, robot
 LARGE = {"linkage-palletiser", "delta", "hexapod"}
 
 
+@pytest.mark.few_counts
 @pytest.mark.parametrize(
     "template",
     [

@@ -253,7 +253,7 @@ def test_the_examples_answer(name):
     to one.
     """
     found = lostmotion.task(
-        TASKS.parent / "six-axis.toml", TASKS / f"{name}.toml", robots=100, runs=3
+        TASKS.parent / "six-axis.toml", TASKS / f"{name}.toml", robots=30, runs=2
     )
     assert 0 <= found.success.low <= found.success.value <= found.success.high <= 1
     assert sum(found.parts.values()) == pytest.approx(1)
