@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.cycloid.drive import LEAST_ARM
 from lostmotion.laws.cycloid.envelope import second_contacts
-from lostmotion.laws.cycloid.finite_elements.mesh import check_installed
+from lostmotion.laws.cycloid.finite_elements.mesh import Meshes, check_installed
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
 from lostmotion.laws.cycloid.geometry import first_contact_angle, gaps, pin_angles
 from lostmotion.parts.gearbox.cycloidal.samples import disc_share
@@ -203,6 +203,7 @@ def _by_elements(
     torques = torque * np.array(_LEVELS)
     play = _first_contact(stage, drive.relief)
     found: list[Loaded] = []
+    meshes = Meshes()
     solved: list[tuple[Plane, int]] = [("strain", 0), ("stress", 0), ("strain", _TERMS)]
     for number, (plane, terms) in enumerate(solved[: mesh.solves]):
         disc = replace(body, plane=plane)
@@ -224,6 +225,7 @@ def _by_elements(
                     order=mesh.order,
                     intervals=_INTERVALS * mesh.refinement,
                     terms=terms,
+                    meshes=meshes,
                     progress=shown,
                 )
             )
