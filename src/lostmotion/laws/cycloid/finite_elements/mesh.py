@@ -97,7 +97,17 @@ def face_of(blank: Blank) -> Any:  # noqa: ANN401
     """Return a wheel as a plane face of OpenCASCADE, mm, with named edges: "fixed", "hole k",
     "contact k", and "free" for the others.
     """
-    from netgen.occ import ArcOfCircle, Circle, Dir, Face, Pnt, Segment, SplineInterpolation, Wire
+    from netgen.occ import (
+        ArcOfCircle,
+        Circle,
+        Compound,
+        Dir,
+        Face,
+        Pnt,
+        Segment,
+        SplineInterpolation,
+        Wire,
+    )
     from scipy.spatial import KDTree
 
     def place(z: complex) -> Any:  # noqa: ANN401
@@ -117,9 +127,11 @@ def face_of(blank: Blank) -> Any:  # noqa: ANN401
         return Face(Wire([Circle(place(centre), Dir(0, 0, 1), MM * radius)]))
 
     fixed, toothed = disc(blank.centre, blank.body.edge), Face(Wire(pieces))
-    face = fixed - toothed if blank.body.part == "ring" else toothed - fixed
-    for hole in blank.holes:
-        face = face - disc(hole.centre, hole.radius)
+    face = (
+        fixed - toothed
+        if blank.body.part == "ring"
+        else toothed - Compound([fixed, *(disc(each.centre, each.radius) for each in blank.holes)])
+    )
     circles = {"fixed": (blank.centre, blank.body.edge)} | {
         f"hole {k}": (hole.centre, hole.radius) for k, hole in enumerate(blank.holes)
     }

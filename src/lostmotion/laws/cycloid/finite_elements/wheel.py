@@ -68,8 +68,6 @@ class ElasticWheel:
         order: int,
     ) -> None:
         """Factorise the stiffness matrix and solve for the pressure of every node."""
-        import scipy.sparse
-
         self._mesh, self._law = mesh, law
         if mesh.GetCurveOrder() != order:
             mesh.Curve(order)
@@ -79,12 +77,6 @@ class ElasticWheel:
         self._load, self._answer = form.mat.CreateColVector(), form.mat.CreateColVector()
         self._normal, tangent = _tractions(made, at, law, space, order)
         self._holes = _hole_loads(blank, law, space) if blank.holes else None
-        if self._holes is not None:  # the pins in the holes balance every load, to rounding
-            turning, pins = self._holes
-            self._normal, tangent = (
-                scipy.sparse.csr_array(each - np.outer(each @ turning, pins))
-                for each in (self._normal, tangent)
-            )
         self.compliance, self.sliding = self._responses(tangent, list(at.values()), made.moments)
         if not np.isfinite(self.compliance).all():
             raise DidNotConvergeError(
@@ -133,11 +125,14 @@ class ElasticWheel:
 
     def _displaced(self, pressure: Floats) -> Floats:
         """Return the unknowns (mm) under nodal pressures (node,), MPa."""
-        self._load.FV().NumPy()[:] = self._normal.T @ pressure
+        load = self._normal.T @ pressure
+        if self._holes is not None:  # the pins in the holes balance every load, to rounding
+            turning, pins = self._holes
+            load -= float(turning @ load) * pins
+        self._load.FV().NumPy()[:] = load
         self._answer.data = self._inverse * self._load
         moved = np.asarray(self._answer.FV().NumPy().copy())
-        if self._holes is not None:
-            turning, pins = self._holes
+        if self._holes is not None:  # which do not turn on average
             moved -= float(pins @ moved) * turning
         return moved
 
