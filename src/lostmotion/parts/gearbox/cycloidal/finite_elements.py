@@ -235,6 +235,7 @@ def _by_elements(
             ) from error
     loaded = found[0]
     largest = np.array([loaded.largest(k) for k in range(len(torques))])
+    most_stressed, most_strained = _largest(loaded)
     rotations = np.array([per_output * (each.rotation - play) for each in found])
     return FiniteElements(
         name=name,
@@ -252,19 +253,23 @@ def _by_elements(
         fields=loaded.fields(len(torques) - 1),
         turn=float(loaded.rotation[-1]),
         not_meshed="",
-        most_stressed=_largest(loaded, 0),
-        most_strained=_largest(loaded, 1),
+        most_stressed=most_stressed,
+        most_strained=most_strained,
     )
 
 
-def _largest(loaded: Loaded, field: int) -> Largest:
-    """Return where the von Mises stress (0) or the equivalent strain (1) of both wheels is largest
-    under the largest torque.
+def _largest(loaded: Loaded) -> list[Largest]:
+    """Return where the von Mises stress and the equivalent strain of both wheels are largest under
+    the largest torque.
     """
     pressure = loaded.pressures[-1]
-    of_wheels = [wheel.largest(pressure)[field] for wheel in loaded.wheels]
-    k = int(np.argmax(of_wheels))
-    return Largest(of_wheels[k], loaded.wheels[k].place_of_largest(pressure), BODIES[k])
+    of_wheels = np.array([wheel.largest(pressure) for wheel in loaded.wheels])
+    bodies = of_wheels.argmax(axis=0).tolist()
+    # in one wheel both are at one place, for there they are proportional
+    places = {k: loaded.wheels[k].place_of_largest(pressure) for k in set(bodies)}
+    return [
+        Largest(float(of_wheels[k, field]), places[k], BODIES[k]) for field, k in enumerate(bodies)
+    ]
 
 
 def _first_contact(stage: Stage, relief: Modification) -> float:
