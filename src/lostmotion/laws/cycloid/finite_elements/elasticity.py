@@ -151,7 +151,9 @@ class Elasticity:
         import ngsolve as ng
 
         if self.terms > _BLOCKED:
-            return [(each, ng.Grad(each)) for each in displacement.components]
+            # a proxy is a list already, a function is not
+            parts = getattr(displacement, "components", displacement)
+            return [(each, ng.Grad(each)) for each in parts]
         slope = ng.Grad(displacement)
         if not self.terms:
             return [(displacement, slope)]
