@@ -15,7 +15,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.finite_elements.contours import contacts, toothed
 from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
-from lostmotion.laws.cycloid.finite_elements.mesh import MM, Blank, face_of, mesh_of
+from lostmotion.laws.cycloid.finite_elements.mesh import MM, Blank, Meshes, face_of, mesh_of
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
 from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
 from lostmotion.laws.cycloid.stage import Stage
@@ -42,6 +42,8 @@ STAGE = Stage(0.05, 0.003, 0.0012, 20)
 # With half as many pins, and so in half the time.
 SMALL = Stage(0.05, 0.003, 0.0024, 10)
 PLANET = ElasticBody("planet", 0.02, 210e9, 0.3)
+# The same wheels under several elastic laws and widths have the same meshes.
+MESHES = Meshes()
 
 
 @functools.cache
@@ -52,8 +54,9 @@ def rotation(
     width, or the same per width.
     """
     planet = replace(PLANET, plane=plane, holes=holes)
+    torques = np.array([1e4 * width])
     return float(
-        loaded_stage(SMALL, planet, None, width, np.array([1e4 * width]), terms=terms).rotation[0]
+        loaded_stage(SMALL, planet, None, width, torques, terms=terms, meshes=MESHES).rotation[0]
     )
 
 
@@ -171,9 +174,9 @@ def test_stages_of_too_many_unknowns_are_refused_before_they_are_solved():
 @pytest.mark.slow
 def test_poisson_ratio_zero_leaves_no_difference():
     """Without lateral contraction three dimensions, plane strain and plane stress are the same."""
-    disc = replace(PLANET, nu=0.0)
+    disc, torques, meshes = replace(PLANET, nu=0.0), np.array([100.0]), Meshes()
     plane, solid = (
-        float(loaded_stage(SMALL, disc, None, 0.01, np.array([100.0]), terms=n).rotation[0])
+        float(loaded_stage(SMALL, disc, None, 0.01, torques, terms=n, meshes=meshes).rotation[0])
         for n in (0, 1)
     )
     # NGSolve integrates curved elements of the two spaces by different rules

@@ -17,6 +17,7 @@ import operator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 from numpy.polynomial.legendre import Legendre, leggauss
 
 from lostmotion.laws.cycloid.finite_elements.mesh import MM
@@ -25,11 +26,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.laws.cycloid.bodies import ElasticBody
+    from lostmotion.spatial import Floats
 
 # Stiffness of a bore that slides on its bearing, across and along its edge, in units of Young's
 # modulus over its radius.
 _RIGID: Final = 1e5
 _LOOSE: Final = 1e-6
+# Most terms with which the unknowns of one place are a block of the stiffness: NGSolve has blocks
+# of up to three, whose factorisation takes a third of the time of single unknowns.
+_BLOCKED: Final = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,21 +61,39 @@ class Elasticity:
         return self.body.young / MM**2 * nu / ((1 + nu) * (1 - 2 * nu))
 
     def space(self, mesh: Any, order: int, fixed: str) -> Any:  # noqa: ANN401 - NGSolve publishes no types
-        """Return the space of displacements; its first unknowns are the mean ones in the plane,
-        along x and then along y.
+        """Return the space of displacements: without terms, or with one, of vectors at every
+        unknown of the mesh, so that the stiffness is a matrix of small blocks.
         """
         import ngsolve as ng
 
+        if self.terms <= _BLOCKED:
+            return ng.H1(mesh, order=order, dirichlet=fixed, dim=2 + self.terms)
         plane = ng.VectorH1(mesh, order=order, dirichlet=fixed)
-        return (
-            ng.FESpace([plane, ng.H1(mesh, order=order, dirichlet=fixed)] * self.terms)
-            if self.terms
-            else plane
-        )
+        return ng.FESpace([plane, ng.H1(mesh, order=order, dirichlet=fixed)] * self.terms)
+
+    def unknown(self, space: Any, number: Any, axis: int) -> Any:  # noqa: ANN401
+        """Return the unknowns of the mean displacement along an axis, x or y, at numbers of the
+        scalar space of the same mesh and order.
+        """
+        if self.terms <= _BLOCKED:
+            return number * space.dim + axis
+        return number + axis * (space.components[0].ndof // 2)
 
     def mean(self, displacement: Any) -> Any:  # noqa: ANN401
         """Return the mean displacement in the plane of an element of the space."""
-        return self._parts(displacement)[0]
+        return self._parts(displacement)[0][0]
+
+    def rotation(self, space: Any, centre: complex) -> Floats:  # noqa: ANN401
+        """Return the unknowns of a unit rotation about a centre (m)."""
+        import ngsolve as ng
+
+        found = ng.GridFunction(space)
+        turned = (MM * centre.imag - ng.y, ng.x - MM * centre.real)
+        if self.terms <= _BLOCKED:
+            found.Set(ng.CoefficientFunction((*turned, 0.0)[: space.dim]))
+        else:
+            found.components[0].Set(ng.CoefficientFunction(turned))
+        return np.asarray(found.vec.FV().NumPy().copy())
 
     def stiffness(self, space: Any, centre: complex, *, sliding: bool) -> Any:  # noqa: ANN401
         """Return the bilinear form of the strain energy per width; a `sliding` bore (centre in m)
@@ -92,7 +115,8 @@ class Elasticity:
         if sliding:
             out, along = directions(centre)
             stiff = self.body.young / MM**2 / (MM * self.body.edge)
-            for k, (a, b) in enumerate(zip(self._parts(u)[::2], self._parts(v)[::2], strict=True)):
+            parts = ([each for each, _ in self._parts(of)[::2]] for of in (u, v))
+            for k, (a, b) in enumerate(zip(*parts, strict=True)):
                 form += (
                     stiff
                     / (4 * k + 1)
@@ -120,18 +144,27 @@ class Elasticity:
             if zeta > 0:
                 yield float(zeta), float(weight)
 
-    def _parts(self, displacement: Any) -> Any:  # noqa: ANN401
-        """Return the fields of a displacement: by turns in the plane and across it."""
-        return getattr(displacement, "components", displacement) if self.terms else (displacement,)
+    def _parts(self, displacement: Any) -> list[tuple[Any, Any]]:  # noqa: ANN401
+        """Return the fields of a displacement and their gradients: by turns in the plane and across
+        it.
+        """
+        import ngsolve as ng
+
+        if self.terms > _BLOCKED:
+            # a proxy is a list already, a function is not
+            parts = getattr(displacement, "components", displacement)
+            return [(each, ng.Grad(each)) for each in parts]
+        slope = ng.Grad(displacement)
+        if not self.terms:
+            return [(displacement, slope)]
+        return [(displacement[:2], slope[:2, :]), (displacement[2], slope[2, :])]
 
     def _strains(self, displacement: Any, zeta: float) -> tuple[list[Any], list[Any]]:  # noqa: ANN401
         """Return the strains along x, y, z, and the shear strains xy (and xz, yz), half the change
         of angle, at a place over the width.
         """
-        import ngsolve as ng
-
         parts = self._parts(displacement)
-        inner = _sum(ng.Grad(each) * _legendre(2 * k, zeta) for k, each in enumerate(parts[::2]))
+        inner = _sum(slope * _legendre(2 * k, zeta) for k, (_, slope) in enumerate(parts[::2]))
         x, y, shear = inner[0, 0], inner[1, 1], (inner[0, 1] + inner[1, 0]) / 2
         if not self.terms:
             nu = self.body.nu
@@ -139,14 +172,12 @@ class Elasticity:
             return [x, y, across * (x + y)], [shear]
         half = MM * self.width / 2
         z = _sum(
-            each * (_legendre(2 * k + 1, zeta, 1) / half) for k, each in enumerate(parts[1::2])
+            each * (_legendre(2 * k + 1, zeta, 1) / half) for k, (each, _) in enumerate(parts[1::2])
         )
         along_z = _sum(
-            each * (_legendre(2 * k, zeta, 1) / half) for k, each in enumerate(parts[::2])
+            each * (_legendre(2 * k, zeta, 1) / half) for k, (each, _) in enumerate(parts[::2])
         )
-        slope = _sum(
-            ng.grad(each) * _legendre(2 * k + 1, zeta) for k, each in enumerate(parts[1::2])
-        )
+        slope = _sum(slope * _legendre(2 * k + 1, zeta) for k, (_, slope) in enumerate(parts[1::2]))
         return [x, y, z], [shear, *((slope[axis] + along_z[axis]) / 2 for axis in range(2))]
 
 

@@ -109,16 +109,17 @@ class System:
         raise DidNotConvergeError("no equilibrium of the contacts was found")
 
     def outgrown(
-        self, pressures: Floats
+        self, pressures: Floats, least: float = 0.0
     ) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.bool_]], bool]:
-        """Return which contacts carry pressure at an edge under any of the pressures (torque,
-        node), and whether an outermost contact carries any.
+        """Return which contacts carry pressure at an edge, more than `least` times their largest,
+        under any of the pressures (torque, node), and whether an outermost contact carries any.
         """
-        loaded = pressures.max(axis=0) > 0
-        of_contact = [loaded[self.contact == n] for n in range(len(self.at))]
-        at_edge = np.array([each[0] or each[-1] for each in of_contact])
+        of_contact = [pressures[:, self.contact == n] for n in range(len(self.at))]
+        at_edge = np.array(
+            [(each[:, [0, -1]] > least * each.max(axis=1)[:, None]).any() for each in of_contact]
+        )
         return at_edge, len(self.at) < self.count and bool(
-            of_contact[0].any() or of_contact[-1].any()
+            (of_contact[0] > 0).any() or (of_contact[-1] > 0).any()
         )
 
     def by_lobe(self, pressures: Floats) -> tuple[Floats, Floats, Floats]:
@@ -153,13 +154,13 @@ def _weighted(made: Contacts | EnvelopeContacts, k: int, places: Floats, gap: fl
     hat function of each node: (6, node), mm.
     """
     x, weight = gauss()
+    step = np.diff(places)[:, None]
+    s = places[:-1, None] + x * step
+    opening, moment, bend = (each.reshape(s.shape) for each in made.surface(k, s.ravel()))
+    values = np.stack(
+        [np.ones_like(s), MM * s, (MM * s) ** 2, MM * (opening + gap), MM * moment, bend / MM]
+    )
     out = np.zeros((6, len(places)))
-    for n, step in enumerate(np.diff(places)):
-        s = places[n] + x * step
-        opening, moment, bend = made.surface(k, s)
-        values = np.stack(
-            [np.ones_like(s), MM * s, (MM * s) ** 2, MM * (opening + gap), MM * moment, bend / MM]
-        )
-        for node, hat in ((n, 1 - x), (n + 1, x)):
-            out[:, node] += MM * step * (values * hat * weight).sum(axis=1)
+    for nodes, hat in ((slice(None, -1), 1 - x), (slice(1, None), x)):
+        out[:, nodes] += MM * step[:, 0] * (values * hat * weight).sum(axis=2)
     return out

@@ -68,11 +68,46 @@ def mesh_of(blank: Blank, coarse: float) -> Any:  # noqa: ANN401 - NGSolve publi
     )
 
 
+class Meshes:
+    """Coarser and finer meshes of wheels, kept for the same wheels under another elastic law."""
+
+    def __init__(self) -> None:
+        """Begin without meshes."""
+        self._kept: dict[tuple[object, ...], tuple[Any, Any]] = {}
+
+    def of(self, blank: Blank, coarse: float) -> tuple[Any, Any]:
+        """Return the mesh of a wheel as `mesh_of`, and one whose elements are half as large."""
+        import ngsolve as ng
+
+        key = (
+            *((edge.contact, edge.points.tobytes()) for edge in blank.outline),
+            *((hole.centre, hole.radius) for hole in blank.holes),
+            (blank.body.part, blank.body.edge, blank.centre, coarse),
+        )
+        if key not in self._kept:
+            mesh = mesh_of(blank, coarse)
+            # a copy of straight elements, for curved ones would be placed on the outline twice
+            fine = ng.Mesh(mesh.ngmesh.Copy())
+            fine.Refine()
+            self._kept[key] = mesh, fine
+        return self._kept[key]
+
+
 def face_of(blank: Blank) -> Any:  # noqa: ANN401
     """Return a wheel as a plane face of OpenCASCADE, mm, with named edges: "fixed", "hole k",
     "contact k", and "free" for the others.
     """
-    from netgen.occ import ArcOfCircle, Circle, Dir, Face, Pnt, Segment, SplineInterpolation, Wire
+    from netgen.occ import (
+        ArcOfCircle,
+        Circle,
+        Compound,
+        Dir,
+        Face,
+        Pnt,
+        Segment,
+        SplineInterpolation,
+        Wire,
+    )
     from scipy.spatial import KDTree
 
     def place(z: complex) -> Any:  # noqa: ANN401
@@ -92,32 +127,41 @@ def face_of(blank: Blank) -> Any:  # noqa: ANN401
         return Face(Wire([Circle(place(centre), Dir(0, 0, 1), MM * radius)]))
 
     fixed, toothed = disc(blank.centre, blank.body.edge), Face(Wire(pieces))
-    face = fixed - toothed if blank.body.part == "ring" else toothed - fixed
-    for hole in blank.holes:
-        face = face - disc(hole.centre, hole.radius)
+    face = (
+        fixed - toothed
+        if blank.body.part == "ring"
+        else toothed - Compound([fixed, *(disc(each.centre, each.radius) for each in blank.holes)])
+    )
     circles = {"fixed": (blank.centre, blank.body.edge)} | {
         f"hole {k}": (hole.centre, hole.radius) for k, hole in enumerate(blank.holes)
     }
     own = [edge for edge in blank.outline if edge.contact >= 0]
-    middles = KDTree(
-        np.array([[z.real, z.imag] for z in (edge.points.mean() for edge in own)]) * MM
+    middles, chords = (
+        np.array([edge.points.mean() for edge in own]),
+        np.array([abs(edge.points[-1] - edge.points[0]) for edge in own]),
     )
+    edges = list(face.edges)
+    ends = np.array([[(end.x, end.y) for end in (edge.start, edge.end)] for edge in edges]) / MM
+    ends = ends @ np.array([1, 1j])
+    on_circle = {
+        name: np.abs(np.abs(ends - centre) - radius).max(axis=1) < _SAME_PLACE
+        for name, (centre, radius) in circles.items()
+    }
+    middle = ends.mean(axis=1)
+    off, near = KDTree(np.stack([middles.real, middles.imag], axis=-1)).query(
+        np.stack([middle.real, middle.imag], axis=-1)
+    )
+    names = [
+        next((name for name, here in on_circle.items() if here[k]), "free")
+        for k in range(len(edges))
+    ]
     hit = 0
-    for edge in face.edges:  # names that are set before a boolean are lost
-        ends = np.array([complex(end.x, end.y) for end in (edge.start, edge.end)]) / MM
-        off, near = middles.query([ends.mean().real * MM, ends.mean().imag * MM])
-        edge.name = next(
-            (
-                name
-                for name, (centre, radius) in circles.items()
-                if np.abs(np.abs(ends - centre) - radius).max() < _SAME_PLACE
-            ),
-            "free",
-        )
-        if edge.name == "free" and off < 0.1 * MM * abs(own[near].points[-1] - own[near].points[0]):
-            edge.name = f"contact {own[near].contact}"
+    for k, edge in enumerate(edges):  # names that are set before a boolean are lost
+        if names[k] == "free" and off[k] < 0.1 * chords[near[k]]:
+            names[k] = f"contact {own[near[k]].contact}"
             hit += 1
-    if hit != len(own) or {edge.name for edge in face.edges} < circles.keys():
+        edge.name = names[k]
+    if hit != len(own) or set(names) < circles.keys():
         raise DidNotConvergeError(
             f"the outline has {hit} of {len(own)} pieces of contacts, or misses a circle"
         )

@@ -37,8 +37,8 @@ from lostmotion.laws.cycloid.finite_elements.mesh import (
     MM,
     Blank,
     LoadedHole,
+    Meshes,
     check_installed,
-    mesh_of,
 )
 from lostmotion.laws.cycloid.finite_elements.selection import OnEnvelope, OnPins
 from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
@@ -48,7 +48,7 @@ from lostmotion.laws.cycloid.stage import Modification
 from lostmotion.laws.perforated_disc import pin_forces
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Points
@@ -60,6 +60,9 @@ if TYPE_CHECKING:
 
 # How often contacts grow where pressure reaches their edges.
 _MOST_GROWTHS: Final = 5
+# Pressure at the edge of a contact on the coarser mesh, over its largest, from which it surely
+# reaches the edge on the finer one too: such contacts grow before the finer mesh is solved.
+_SURELY: Final = 0.15
 # Angles at which the relief of an envelope stage is checked.
 _ROUND: Final = 721
 # Thinnest web around a hole, over its radius.
@@ -135,6 +138,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     order: int = 2,
     intervals: int = 5,
     terms: int = 0,
+    meshes: Meshes | None = None,
     progress: Callable[[str, int, int], None] = _silent,
 ) -> Loaded:
     """Return a stage under torques (torque,), N m above zero, by finite elements.
@@ -153,6 +157,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     terms         of the displacements over the width, in three dimensions with free faces
                   (`elasticity`), with pressures uniform over the width and gaps that are means over
                   it; zero: plane, with the stress states of the wheels
+    meshes        those of the same wheels under another elastic law, and where new ones are kept
     progress      called with what is done, how much of it and of how much
 
     Raises ValueError, before meshing, for wheels that are too thin and for interfering flanks,
@@ -179,10 +184,22 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     for _ in range(_MOST_GROWTHS):
         made, at = flanks.chosen()
         own_gap = np.zeros(len(made.theta)) if envelope else gap
-        coarse, fine, system = _on_two_meshes(
-            made, at, (planet, ring), (width, torques, own_gap), (order, terms, intervals), progress
+        levels = _on_two_meshes(
+            made,
+            at,
+            (planet, ring),
+            (width, torques, own_gap),
+            (order, terms, intervals),
+            Meshes() if meshes is None else meshes,
+            progress,
         )
-        pressures = np.array([each for each, _, _ in fine])
+        coarse, system = next(levels)
+        at_edge, at_last = system.outgrown(_pressures(coarse), _SURELY)
+        if at_edge.any() and not at_last:
+            flanks.grow(at, at_edge, at_last=False)
+            continue
+        fine, system = next(levels)
+        pressures = _pressures(fine)
         at_edge, at_last = system.outgrown(pressures)
         if not (at_edge.any() or at_last):
             break
@@ -211,16 +228,22 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
 _Solved = list[tuple["Floats", float, float]]
 
 
+def _pressures(solved: _Solved) -> Floats:
+    """Return the pressures (torque, node), MPa."""
+    return np.array([each for each, _, _ in solved])
+
+
 def _on_two_meshes(
     made: Contacts | EnvelopeContacts,
     at: dict[int, Floats],
     bodies: tuple[ElasticBody, ElasticBody | None],
     loads: tuple[float, Floats, Floats],
     detail: tuple[int, int, int],
+    meshes: Meshes,
     progress: Callable[[str, int, int], None],
-) -> tuple[_Solved, _Solved, System]:
-    """Return pressures, rotation and its derivative for every torque on the coarser and the finer
-    mesh, and the system of the finer one.
+) -> Iterator[tuple[_Solved, System]]:
+    """Yield pressures, rotation and its derivative for every torque, and the system, on the coarser
+    mesh and then on the finer one, which is solved only if it is asked for.
 
     detail  order of the elements, terms over the width, and intervals of a contact
     """
@@ -228,25 +251,20 @@ def _on_two_meshes(
     coarse = _COARSE * 2 * math.pi * made.stage.ring_radius / made.stage.pins * 5 / intervals
     blanks = _blanks(made, at, *bodies)
     steps = 3 * len(blanks) + 1
-    meshes = []
+    of_wheels = []
     for n, blank in enumerate(blanks):
         progress("finite elements: meshing", n, steps)
-        meshes.append(mesh_of(blank, coarse))
-    _check_size(max(int(mesh.ne) for mesh in meshes), order, terms)
-    found = []
+        of_wheels.append(meshes.of(blank, coarse))
+    _check_size(max(int(mesh.ne) for mesh, _ in of_wheels), order, terms)
     for level in range(2):
         wheels = []
-        for n, (blank, mesh) in enumerate(zip(blanks, meshes, strict=True)):
+        for n, blank in enumerate(blanks):
             progress("finite elements: solving", (level + 1) * len(blanks) + n, steps)
-            if level:
-                mesh.Refine()
-            wheels.append(
-                ElasticWheel(blank, Elasticity(blank.body, width, terms), made, at, mesh, order)
-            )
+            law = Elasticity(blank.body, width, terms)
+            wheels.append(ElasticWheel(blank, law, made, at, of_wheels[n][level], order))
         system = System(made, at, gap, tuple(wheels))
-        found.append([system.solve(float(torque) / width) for torque in torques])
+        yield [system.solve(float(torque) / width) for torque in torques], system
         at = {k: _halved(places) for k, places in at.items()}
-    return found[0], found[1], system
 
 
 def _check_size(elements: int, order: int, terms: int) -> None:

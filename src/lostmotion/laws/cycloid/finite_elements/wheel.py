@@ -68,22 +68,15 @@ class ElasticWheel:
         order: int,
     ) -> None:
         """Factorise the stiffness matrix and solve for the pressure of every node."""
-        import scipy.sparse
-
         self._mesh, self._law = mesh, law
-        mesh.Curve(order)
+        if mesh.GetCurveOrder() != order:
+            mesh.Curve(order)
         self._space = space = law.space(mesh, order, "" if blank.holes else "fixed")
         form = law.stiffness(space, blank.centre, sliding=bool(blank.holes))
         self._inverse = form.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")
         self._load, self._answer = form.mat.CreateColVector(), form.mat.CreateColVector()
-        self._normal, tangent = _tractions(made, at, space, order)
+        self._normal, tangent = _tractions(made, at, law, space, order)
         self._holes = _hole_loads(blank, law, space) if blank.holes else None
-        if self._holes is not None:  # the pins in the holes balance every load, to rounding
-            turning, pins = self._holes
-            self._normal, tangent = (
-                scipy.sparse.csr_array(each - np.outer(each @ turning, pins))
-                for each in (self._normal, tangent)
-            )
         self.compliance, self.sliding = self._responses(tangent, list(at.values()), made.moments)
         if not np.isfinite(self.compliance).all():
             raise DidNotConvergeError(
@@ -132,11 +125,14 @@ class ElasticWheel:
 
     def _displaced(self, pressure: Floats) -> Floats:
         """Return the unknowns (mm) under nodal pressures (node,), MPa."""
-        self._load.FV().NumPy()[:] = self._normal.T @ pressure
+        load = self._normal.T @ pressure
+        if self._holes is not None:  # the pins in the holes balance every load, to rounding
+            turning, pins = self._holes
+            load -= float(turning @ load) * pins
+        self._load.FV().NumPy()[:] = load
         self._answer.data = self._inverse * self._load
         moved = np.asarray(self._answer.FV().NumPy().copy())
-        if self._holes is not None:
-            turning, pins = self._holes
+        if self._holes is not None:  # which do not turn on average
             moved -= float(pins @ moved) * turning
         return moved
 
@@ -148,7 +144,7 @@ class ElasticWheel:
     @property
     def unknowns(self) -> int:
         """Return the number of unknowns."""
-        return int(self._space.ndof)
+        return int(self._space.ndof * self._space.dim)
 
     def largest(self, pressure: Floats) -> tuple[float, float]:
         """Return the largest von Mises stress (Pa) and equivalent strain under nodal pressures
@@ -186,8 +182,11 @@ class ElasticWheel:
             [[vertex.nr for vertex in element.vertices] for element in self._mesh.Elements(ng.VOL)]
         )
         count = len(points)
-        values = self._law.mean(displacement).vec.FV().NumPy()
-        moved = np.stack([values[:count], values[len(values) // 2 :][:count]], axis=-1)
+        values = displacement.vec.FV().NumPy()
+        corner = np.arange(count)
+        moved = np.stack(
+            [values[self._law.unknown(self._space, corner, axis)] for axis in range(2)], axis=-1
+        )
         of_vertices = smooth.vec.FV().NumPy()[:count].copy()
         return Field(
             points / MM,
@@ -211,10 +210,6 @@ def _hole_loads(blank: Blank, law: Elasticity, space: Any) -> tuple[Floats, Floa
     """
     import ngsolve as ng
 
-    rotation = ng.GridFunction(space)
-    law.mean(rotation).Set(
-        ng.CoefficientFunction((MM * blank.centre.imag - ng.y, ng.x - MM * blank.centre.real))
-    )
     load = ng.LinearForm(space)
     for k, hole in enumerate(blank.holes):
         if hole.force:
@@ -224,7 +219,7 @@ def _hole_loads(blank: Blank, law: Elasticity, space: Any) -> tuple[Floats, Floa
                 f"hole {k}"
             )
     load.Assemble()
-    turning, pins = rotation.vec.FV().NumPy().copy(), load.vec.FV().NumPy().copy()
+    turning, pins = law.rotation(space, blank.centre), load.vec.FV().NumPy().copy()
     return turning, pins / float(pins @ turning)
 
 
@@ -248,6 +243,7 @@ def _hat_products(s: Floats) -> Floats:
 def _tractions(
     made: Contacts | EnvelopeContacts,
     at: dict[int, Floats],
+    law: Elasticity,
     space: Any,  # noqa: ANN401
     order: int,
 ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
@@ -258,7 +254,6 @@ def _tractions(
 
     mesh = space.mesh
     scalar = ng.H1(mesh, order=order)
-    half = scalar.ndof
     row = {k: n for n, k in enumerate(at)}
     first = dict(zip(at, np.cumsum([0, *map(len, at.values())]).tolist(), strict=False))
     entries: tuple[list[tuple[int, Any, Floats]], ...] = [], []
@@ -298,16 +293,17 @@ def _tractions(
             for axis, (out, turned) in enumerate(
                 ((outwards.real, along.real), (outwards.imag, along.imag))
             ):
+                own = law.unknown(space, unknowns, axis)
                 for node, hat in ((low, 1 - at_x), (low + 1, at_x)):
-                    entries[0].append((first[k] + node, unknowns + axis * half, hat * out * values))
-                entries[1].append((row[k], unknowns + axis * half, turned * values))
+                    entries[0].append((first[k] + node, own, hat * out * values))
+                entries[1].append((row[k], own, turned * values))
     nodes = sum(map(len, at.values()))
     if len(hit) != nodes - len(at):
         raise DidNotConvergeError(
             f"the mesh has {len(hit)} of the {nodes - len(at)} intervals of the contacts"
         )
     normal, tangent = (
-        _sparse(each, (count, space.ndof))
+        _sparse(each, (count, space.ndof * space.dim))
         for each, count in zip(entries, (nodes, len(at)), strict=True)
     )
     return normal, tangent

@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.cycloid.drive import LEAST_ARM
 from lostmotion.laws.cycloid.envelope import second_contacts
-from lostmotion.laws.cycloid.finite_elements.mesh import check_installed
+from lostmotion.laws.cycloid.finite_elements.mesh import Meshes, check_installed
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
 from lostmotion.laws.cycloid.geometry import first_contact_angle, gaps, pin_angles
 from lostmotion.parts.gearbox.cycloidal.samples import disc_share
@@ -203,6 +203,7 @@ def _by_elements(
     torques = torque * np.array(_LEVELS)
     play = _first_contact(stage, drive.relief)
     found: list[Loaded] = []
+    meshes = Meshes()
     solved: list[tuple[Plane, int]] = [("strain", 0), ("stress", 0), ("strain", _TERMS)]
     for number, (plane, terms) in enumerate(solved[: mesh.solves]):
         disc = replace(body, plane=plane)
@@ -224,6 +225,7 @@ def _by_elements(
                     order=mesh.order,
                     intervals=_INTERVALS * mesh.refinement,
                     terms=terms,
+                    meshes=meshes,
                     progress=shown,
                 )
             )
@@ -233,6 +235,7 @@ def _by_elements(
             ) from error
     loaded = found[0]
     largest = np.array([loaded.largest(k) for k in range(len(torques))])
+    most_stressed, most_strained = _largest(loaded)
     rotations = np.array([per_output * (each.rotation - play) for each in found])
     return FiniteElements(
         name=name,
@@ -250,19 +253,23 @@ def _by_elements(
         fields=loaded.fields(len(torques) - 1),
         turn=float(loaded.rotation[-1]),
         not_meshed="",
-        most_stressed=_largest(loaded, 0),
-        most_strained=_largest(loaded, 1),
+        most_stressed=most_stressed,
+        most_strained=most_strained,
     )
 
 
-def _largest(loaded: Loaded, field: int) -> Largest:
-    """Return where the von Mises stress (0) or the equivalent strain (1) of both wheels is largest
-    under the largest torque.
+def _largest(loaded: Loaded) -> list[Largest]:
+    """Return where the von Mises stress and the equivalent strain of both wheels are largest under
+    the largest torque.
     """
     pressure = loaded.pressures[-1]
-    of_wheels = [wheel.largest(pressure)[field] for wheel in loaded.wheels]
-    k = int(np.argmax(of_wheels))
-    return Largest(of_wheels[k], loaded.wheels[k].place_of_largest(pressure), BODIES[k])
+    of_wheels = np.array([wheel.largest(pressure) for wheel in loaded.wheels])
+    bodies = of_wheels.argmax(axis=0).tolist()
+    # in one wheel both are at one place, for there they are proportional
+    places = {k: loaded.wheels[k].place_of_largest(pressure) for k in set(bodies)}
+    return [
+        Largest(float(of_wheels[k, field]), places[k], BODIES[k]) for field, k in enumerate(bodies)
+    ]
 
 
 def _first_contact(stage: Stage, relief: Modification) -> float:
