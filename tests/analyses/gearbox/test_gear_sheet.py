@@ -365,11 +365,11 @@ def test_what_is_known_of_each_member_is_reported():
 def test_another_torque_moves_what_depends_on_it():
     """Half the torque: smaller forces and wind-up; play stays."""
     part = examined_gearbox("rv-like").gearbox
-    half = gear(part, 206.0, 100)
+    half = gear(part, 206.0, 20)
     whole = examined_gearbox("rv-like")
     assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
     assert 0.4 * whole.wind_up < half.wind_up < 0.65 * whole.wind_up
-    np.testing.assert_array_equal(half.drawn.play, whole.drawn.play)
+    np.testing.assert_array_equal(half.drawn.play, whole.drawn.play[:20])
 
 
 @pytest.mark.parametrize("name", [*NAMES, *STATED, "twin"])
@@ -577,7 +577,7 @@ def test_the_definition_of_the_stiffness_is_printed_beside_it(tmp_path):
     ):
         found = lostmotion.gear(
             EXAMPLES / "rv-like.toml",
-            gearboxes=20,
+            gearboxes=4,
             torque="400 N m",
             stiffness_definition=definition,
         )
@@ -730,7 +730,7 @@ def test_a_drawing_without_tolerances_claims_no_perfect_play():
 
     plain = {key: value for key, value in PLAIN.items() if key != "relief"}
     part = CycloidalGearbox.model_validate(plain, context={"text": True})
-    bare = replace(gear(part, 100.0, gearboxes=24), name="bare")
+    bare = replace(gear(part, 100.0, gearboxes=8), name="bare")
     assert "Play is at least 0 arcmin and lost motion at least 0." in bare.sheet.verdict
     assert "no relief, clearance or tolerance is described" in bare.sheet.verdict
     assert cards(bare)["play"] == "≥ 0 arcmin"
@@ -739,8 +739,8 @@ def test_a_drawing_without_tolerances_claims_no_perfect_play():
         assert all(str(figure(bare, "bands", row, k)).startswith("≥ ") for k in range(3))
     for stated in ({"relief": {"roller": "4 µm"}}, {"flank_form": "2 µm"}):
         part = CycloidalGearbox.model_validate({**plain, **stated}, context={"text": True})
-        found = replace(gear(part, 100.0, gearboxes=24), name="stated")
-        assert " on average over 24 simulated gearboxes" in found.sheet.verdict
+        found = replace(gear(part, 100.0, gearboxes=8), name="stated")
+        assert " on average over 8 simulated gearboxes" in found.sheet.verdict
         assert "≥" not in cards(found)["play"] + cards(found)["lost motion"]
 
 
@@ -894,7 +894,7 @@ def test_the_drawn_profile_is_the_true_one():
     error = 1e-3 * float(dict(drawing.header.custom_vars)["largest chord error in µm"])
     t = np.linspace(0, 2 * math.pi, 60_001)
     true = 1e3 * geometry.flank(part.stage, t, part.drive.relief)[0]
-    assert from_polygon(true[:8000:7], outline).max() <= error + 1e-9
+    assert from_polygon(true[:8000:17], outline).max() <= error + 1e-9
     assert from_polygon(outline[80:280:7], true[:8000]).max() < 1e-5
     holes = drawing.modelspace().query('CIRCLE[layer=="OUTPUT_HOLES"]')
     assert [hole.dxf.radius for hole in holes] == pytest.approx([2.5 + 1.2 + 0.075] * 6)
@@ -934,6 +934,7 @@ def test_without_ezdxf_a_drawing_says_how_to_install_it(monkeypatch, tmp_path):
     found = examined_gearbox("printed")
     with pytest.raises(LostmotionError, match=r"pip install 'lostmotion\[dxf\]'"):
         found.drawing()
+    monkeypatch.setattr(type(found), "plots", ())  # which of them there are is no matter here
     written = found.report(tmp_path / "out")
     assert sorted(path.name for path in written.iterdir()) == ["report.html", "result.json"]
 
@@ -1057,7 +1058,7 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
     nothing is left.
     """
     (tmp_path / "full").write_text("a file")
-    gearbox, bearing = EXAMPLES / "rv-like.toml", EXAMPLES.parent / "bearing" / "6209-pair.toml"
+    gearbox, bearing = EXAMPLES / "printed.toml", EXAMPLES.parent / "bearing" / "6209-pair.toml"
     for words, said in (
         (("gear", gearbox, "--gearboxes", 10**12), "100000"),
         (("gear", gearbox, "--dxf", "full/x.dxf"), "--dxf"),
