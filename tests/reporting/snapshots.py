@@ -46,7 +46,7 @@ def _of_map() -> Sheet:
 
 SHEETS: Final[dict[str, Callable[[], Sheet]]] = {
     "study": lambda: lostmotion.study(Z_ARM, **_SMALL).sheet,
-    "map": lambda: _of_map(),
+    "map": _of_map,
     "iso9283": lambda: (
         lostmotion.iso9283(
             Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=40, instrument="5 µm"

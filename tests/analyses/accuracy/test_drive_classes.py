@@ -254,7 +254,7 @@ def test_a_stated_play_ends_the_figures_of_one_digit(printed):
     """One drive that is not of a preset, and the headline has the digits of any study."""
     stated = f'{PRESETS}[joints.j2]\ngearbox = {{ backlash = "1 deg" }}\n'
     printed.with_suffix(".toml").write_text(stated, "utf-8")
-    stated = lostmotion.study(printed, poses=16, method="analytic").sheet
+    stated = lostmotion.study(printed, poses=64, method="analytic").sheet
     assert "Assumed by preset" not in stated.verdict
     assert re.search(r"within \d+\.\d+ mm", stated.verdict)
 
