@@ -95,7 +95,7 @@ def crowded(figure: Figure) -> list[str]:
     """
     figure.set_dpi(100)  # as on a screen; coarser pixels widen the letters
     canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    figure.draw_without_rendering()  # places everything, and paints nothing
     renderer = canvas.get_renderer()
     parts = {f"axes {k}": on.get_tightbbox(renderer) for k, on in enumerate(figure.axes)}
     parts |= {

@@ -14,10 +14,12 @@ import sys
 import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+from unittest import mock
 
 from rich.console import Console
 
 import lostmotion
+from lostmotion.maps import validation_points
 from lostmotion.reporting.screen import print_sheet
 
 if TYPE_CHECKING:
@@ -32,9 +34,19 @@ Z_ARM: Final = EXAMPLES / "z-arm.toml"
 _SMALL: Final = {"poses": 64, "robots": 40, "visits": 4, "seed": 1}
 _NUMBER: Final = re.compile(r"\d+(?:[ .]\d+)*(?:e[-−+]?\d+)?")
 
+
+def _of_map() -> Sheet:
+    """Return the sheet of a map that is validated at few points, from few sampled poses."""
+    with (
+        mock.patch.object(validation_points, "SAMPLED", 2048),
+        mock.patch.object(validation_points, "_POWER", 8),
+    ):
+        return lostmotion.map(Z_ARM, cell="200 mm", poses=256, target="1 mm").sheet
+
+
 SHEETS: Final[dict[str, Callable[[], Sheet]]] = {
     "study": lambda: lostmotion.study(Z_ARM, **_SMALL).sheet,
-    "map": lambda: lostmotion.map(Z_ARM, cell="200 mm", poses=256, target="1 mm").sheet,
+    "map": _of_map,
     "iso9283": lambda: (
         lostmotion.iso9283(
             Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=40, instrument="5 µm"

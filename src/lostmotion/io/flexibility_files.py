@@ -91,10 +91,12 @@ class FlexibilityFiles:
         )
 
     def _delete_oldest(self) -> None:
-        files = [each for each in self._folder.iterdir() if each.is_file()]
+        # the folder's own entries say which are files, without a look at each of them
+        with os.scandir(self._folder) as entries:
+            files = [each for each in entries if each.is_file()]
         if len(files) >= _MOST:
             for each in sorted(files, key=lambda file: file.stat().st_mtime)[: _MOST // 2]:
-                each.unlink()
+                os.unlink(each)  # noqa: PTH108 - an entry is no Path
 
 
 def _laws() -> str | None:

@@ -21,6 +21,7 @@ def run(*words, cwd):
     return carried_out("run", ARM, *QUICK, *words, cwd=cwd)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     """Each place has its two tables, shares add to 100 %, the verdict says what was reached, and
     every stage of the remedies has its intervals.
@@ -68,6 +69,7 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     assert 'id="plot-budget-at-3"' in page
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
     """The same levels, parts and kinds of error over the workspace, at a pose and in a zone as by
     samples, since none of it was sampled.

@@ -16,7 +16,8 @@ from lostmotion.catalogue.drive_classes import drive_classes
 from lostmotion.io.drive_classes import class_of_arm, with_class
 from lostmotion.printed import rounded_length
 from lostmotion.propagation.iso9283.cube import cube_from_arguments
-from lostmotion.propagation.iso9283.robots import predict_robots
+from lostmotion.propagation.iso9283.experiment import Experiment
+from lostmotion.propagation.iso9283.robots import CYCLES, load_sheets
 from tests.io.conftest import EXAMPLES
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -170,7 +171,8 @@ def test_the_repeatability_of_a_class_is_that_of_simulated_robots_in_the_iso_cyc
     """
     arm, figures = of_ur5e
     cube = cube_from_arguments(arm, np.array([0.4, 0.0, 0.4]), 0.3)
-    simulated = predict_robots(arm, cube, robots=100, seed=1).loads[0].repeatability.mean()
+    (sheet,) = load_sheets(arm, cube, Experiment(1, 100, CYCLES, 0.0), {0: 1.0}, None, 10)
+    simulated = sheet.repeatability.mean()
     own = next(each for each in figures if each.default)
     assert own.repeatability / simulated == pytest.approx(1.0, rel=0.5)
 

@@ -286,6 +286,7 @@ def test_an_arm_on_such_bearings_is_studied():
     assert exact.largest < 0.01 * exact.length
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_bearing_out_of_an_arm(tmp_path):
     """An arm's file and a joint: the sheet of that joint's bearing."""
     done = ran(EXAMPLES.parent / "z-arm.toml", "--joint", "A", "--moment", "20 N m", cwd=tmp_path)
@@ -354,6 +355,7 @@ def test_what_a_single_bearing_has_not_is_refused(more, key, tmp_path):
     assert {problem.key for problem in refused.value.problems} == {key}
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_single_bearing_is_drawn_and_printed(tmp_path):
     """The command writes its page; every plot has a section of its own."""
     done = ran(EXAMPLES / "6209.toml", "--force-radial", "2 kN", "--built", "20", cwd=tmp_path)
@@ -371,6 +373,7 @@ OF_STATED = (
 )
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(
     ("text", "keys"),
     [

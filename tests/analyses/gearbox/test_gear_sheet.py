@@ -364,11 +364,11 @@ def test_what_is_known_of_each_member_is_reported():
 def test_another_torque_moves_what_depends_on_it():
     """Half the torque: smaller forces and wind-up; play stays."""
     part = examined_gearbox("rv-like").gearbox
-    half = gear(part, 206.0, 100)
+    half = gear(part, 206.0, 20)
     whole = examined_gearbox("rv-like")
     assert half.drawn.lobes[0].largest_force < 0.7 * whole.drawn.lobes[0].largest_force
     assert 0.4 * whole.wind_up < half.wind_up < 0.65 * whole.wind_up
-    np.testing.assert_array_equal(half.drawn.play, whole.drawn.play)
+    np.testing.assert_array_equal(half.drawn.play, whole.drawn.play[:20])
 
 
 @pytest.mark.parametrize("name", [*NAMES, *STATED, "twin"])
@@ -576,7 +576,7 @@ def test_the_definition_of_the_stiffness_is_printed_beside_it(tmp_path):
     ):
         found = lostmotion.gear(
             EXAMPLES / "rv-like.toml",
-            gearboxes=20,
+            gearboxes=4,
             torque="400 N m",
             stiffness_definition=definition,
         )
@@ -729,7 +729,7 @@ def test_a_drawing_without_tolerances_claims_no_perfect_play():
 
     plain = {key: value for key, value in PLAIN.items() if key != "relief"}
     part = CycloidalGearbox.model_validate(plain, context={"text": True})
-    bare = replace(gear(part, 100.0, gearboxes=24), name="bare")
+    bare = replace(gear(part, 100.0, gearboxes=8), name="bare")
     assert "Play is at least 0 arcmin and lost motion at least 0." in bare.sheet.verdict
     assert "no relief, clearance or tolerance is described" in bare.sheet.verdict
     assert cards(bare)["play"] == "≥ 0 arcmin"
@@ -738,8 +738,8 @@ def test_a_drawing_without_tolerances_claims_no_perfect_play():
         assert all(str(figure(bare, "bands", row, k)).startswith("≥ ") for k in range(3))
     for stated in ({"relief": {"roller": "4 µm"}}, {"flank_form": "2 µm"}):
         part = CycloidalGearbox.model_validate({**plain, **stated}, context={"text": True})
-        found = replace(gear(part, 100.0, gearboxes=24), name="stated")
-        assert " on average over 24 simulated gearboxes" in found.sheet.verdict
+        found = replace(gear(part, 100.0, gearboxes=8), name="stated")
+        assert " on average over 8 simulated gearboxes" in found.sheet.verdict
         assert "≥" not in cards(found)["play"] + cards(found)["lost motion"]
 
 
@@ -893,7 +893,7 @@ def test_the_drawn_profile_is_the_true_one():
     error = 1e-3 * float(dict(drawing.header.custom_vars)["largest chord error in µm"])
     t = np.linspace(0, 2 * math.pi, 60_001)
     true = 1e3 * geometry.flank(part.stage, t, part.drive.relief)[0]
-    assert from_polygon(true[:8000:7], outline).max() <= error + 1e-9
+    assert from_polygon(true[:8000:17], outline).max() <= error + 1e-9
     assert from_polygon(outline[80:280:7], true[:8000]).max() < 1e-5
     holes = drawing.modelspace().query('CIRCLE[layer=="OUTPUT_HOLES"]')
     assert [hole.dxf.radius for hole in holes] == pytest.approx([2.5 + 1.2 + 0.075] * 6)
@@ -925,6 +925,7 @@ def test_two_stages_and_a_twin_are_drawn_too():
         )
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_without_ezdxf_a_drawing_says_how_to_install_it(monkeypatch, tmp_path):
     """The report is written without it; asked for by itself, the drawing is refused with the
     command that helps.
@@ -1042,6 +1043,7 @@ def test_a_drawing_that_is_there_is_left_alone(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder", "x.dxf"]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_gearbox_out_of_an_arm(tmp_path):
     """An arm's file and a joint: the sheet of that joint's gearbox, as the reader of one part gives
     it.
@@ -1056,7 +1058,7 @@ def test_counts_and_places_that_cannot_be_are_refused_before_the_work(tmp_path):
     nothing is left.
     """
     (tmp_path / "full").write_text("a file")
-    gearbox, bearing = EXAMPLES / "rv-like.toml", EXAMPLES.parent / "bearing" / "6209-pair.toml"
+    gearbox, bearing = EXAMPLES / "printed.toml", EXAMPLES.parent / "bearing" / "6209-pair.toml"
     for words, said in (
         (("gear", gearbox, "--gearboxes", 10**12), "100000"),
         (("gear", gearbox, "--dxf", "full/x.dxf"), "--dxf"),
@@ -1093,6 +1095,7 @@ def test_assumed_values_of_a_drawing_are_counted_and_listed():
     assert all(key in " ".join(row.cells[0].words for row in section.rows) for _, key in stated)
 
 
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize(
     ("stands", "keys"),
     [("gearbox", {"backlash"}), ("joint", {"backlash", "stiffness", "rated_torque"})],

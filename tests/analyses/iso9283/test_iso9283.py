@@ -14,8 +14,9 @@ from lostmotion.laws.frame_fit import best_fit, residual_after_fit
 from lostmotion.mechanism.inverse import tool_and_jacobian
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.iso9283.cube import cube_from_arguments
+from lostmotion.propagation.iso9283.experiment import Experiment
 from lostmotion.propagation.iso9283.joint_motion import cycle_approach, side_approach
-from lostmotion.propagation.iso9283.robots import predict_robots
+from lostmotion.propagation.iso9283.robots import CYCLES, DISTANCE, LOADS, PATH_CYCLES, load_sheets
 from lostmotion.spatial import exp, pose_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -176,21 +177,31 @@ def test_signs_of_each_joint_and_pose_are_felt_there():
         assert both[pose] == pytest.approx(expected, abs=1e-15)
 
 
+def sheets_of(arm, cube, *, robots, cycles=CYCLES, seed=1, points=2, loads=(1.0,)):
+    """Return the characteristics of simulated robots under these loads, without the tests of single
+    axes.
+    """
+    visiting = Experiment(seed, robots, cycles, 0.0)
+    line = (*DISTANCE, points)
+    return load_sheets(arm, cube, visiting, dict(enumerate(loads)), line, PATH_CYCLES)
+
+
 def test_vap_of_pure_play_has_a_closed_form():
     """Barycentres of approaches from three sides differ by the joints' backlash on their sides of
     arrival: |J (s - s') b / 2| at the worst pair.
     """
     arm = elbow()
     cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
-    found = predict_robots(arm, cube, robots=2, cycles=200, path_points=2)
+    (found,) = sheets_of(arm, cube, robots=2, cycles=200)
+    approach = cycle_approach(cube.q)[0]
     half = np.radians(2 / 60) / 2
     for row, pose in enumerate((0, 1, 3)):
-        signs = side_approach(arm, cube, pose, found.approach[pose])
+        signs = side_approach(arm, cube, pose, approach[pose])
         shifts = -half * signs @ tool_and_jacobian(arm, cube.q[pose : pose + 1])[1][0, 3:].T
         apart = max(np.linalg.norm(shifts[i] - shifts[j]) for i in range(3) for j in range(3))
         assert apart > 1e-5
         # encoder noise over 200 visits
-        assert found.loads[0].multi_directional[row] == pytest.approx(np.full(2, apart), rel=0.05)
+        assert found.multi_directional[row] == pytest.approx(np.full(2, apart), rel=0.05)
 
 
 def test_rp_over_robots_is_what_sums_over_terms_expect():
@@ -199,7 +210,7 @@ def test_rp_over_robots_is_what_sums_over_terms_expect():
     """
     arm = elbow()
     cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
-    sheet = predict_robots(arm, cube, robots=1500, path_points=2).loads[0]
+    (sheet,) = sheets_of(arm, cube, robots=1500)
     error = sheet.repeatability.std(axis=1) / np.sqrt(1500)
     assert np.abs(sheet.repeatability.mean(axis=1) - sheet.expected) == pytest.approx(
         np.zeros(5), abs=4 * error.max()
@@ -214,9 +225,9 @@ def test_the_sheet_is_that_of_the_study_at_the_same_poses():
     """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     cube = cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3)
-    found = predict_robots(arm, cube, robots=40, path_points=2, seed=3)
+    (found,) = sheets_of(arm, cube, robots=40, seed=3)
     study = lostmotion.study(arm, cube.q, robots=40, visits=30, seed=3, threads=1)
-    assert found.loads[0].random_approach.mean(axis=1) == pytest.approx(
+    assert found.random_approach.mean(axis=1) == pytest.approx(
         study.sampled.repeatability[:, 0], rel=1e-9
     )
 
@@ -228,23 +239,20 @@ def test_more_robots_keep_the_first_and_seeds_repeat():
     arm = elbow()
     cube = cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2)
     one, same, more, other = (
-        predict_robots(arm, cube, robots=n, seed=seed, path_points=3)
+        sheets_of(arm, cube, robots=n, seed=seed, points=3)[0]
         for n, seed in ((8, 1), (8, 1), (16, 1), (8, 2))
     )
-    assert (one.loads[0].repeatability == same.loads[0].repeatability).all()
-    assert (one.loads[0].path == same.loads[0].path).all()
-    assert more.loads[0].repeatability[:, :8] == pytest.approx(
-        one.loads[0].repeatability, rel=1e-12
-    )
-    assert (one.loads[0].repeatability != other.loads[0].repeatability).any()
+    assert (one.repeatability == same.repeatability).all()
+    assert (one.path == same.path).all()
+    assert more.repeatability[:, :8] == pytest.approx(one.repeatability, rel=1e-12)
+    assert (one.repeatability != other.repeatability).any()
 
 
 def test_a_lighter_load_sags_less():
     """At 10 % of the load an arm of springs and links has a smaller error at every pose."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    full, light = predict_robots(
-        arm, cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3), robots=100, path_points=2
-    ).loads
+    cube = cube_from_arguments(arm, np.array([0.55, 0.0, 0.8]), 0.3)
+    full, light = sheets_of(arm, cube, robots=100, loads=LOADS)
     assert (full.load, light.load) == (1.0, 0.1)
     assert (light.accuracy.mean(axis=1) < full.accuracy.mean(axis=1)).all()
     assert (full.fitted.mean(axis=1) < full.accuracy.mean(axis=1)).all()

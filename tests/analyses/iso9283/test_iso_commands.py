@@ -131,7 +131,7 @@ def test_the_orientation_of_a_stated_cube_is_the_stated_one(tmp_path):
     )
     asked = {"robots": 2, "visits": 3, "cube": 0.1, "centre": (0.4, 0.0, 0.4)}
     told = (
-        lostmotion.iso9283(arm, file, tool_rpy="180 deg, 0 deg, 0 deg", **asked)
+        lostmotion.iso9283(None, file, tool_rpy="180 deg, 0 deg, 0 deg", **asked)
         .measured.loads[0]
         .poses[0]
     )

@@ -17,7 +17,8 @@ from lostmotion.propagation.iso9283.cube import (
     cube_from_arguments,
     orientation_clause,
 )
-from lostmotion.propagation.iso9283.robots import predict_at, predict_robots
+from lostmotion.propagation.iso9283.experiment import Experiment
+from lostmotion.propagation.iso9283.robots import load_sheets, predict_at
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
@@ -242,11 +243,13 @@ def test_robots_predicted_at_commanded_poses_are_those_of_the_cube(arm, cube, tm
     """Robots in the configurations of a cube's poses have its AP and RP; commands under other names
     are reached, and refused out of reach.
     """
-    found = lostmotion.iso9283(arm, renamed(tmp_path, cube), robots=20)
+    # a stated cube saves the search for the largest
+    stated = {"cube": 0.2, "centre": (0.55, 0.0, 0.9)}
+    found = lostmotion.iso9283(arm, renamed(tmp_path, cube), robots=4, visits=2, **stated)
     assert found.commanded.names == tuple("EDCBA")
     np.testing.assert_allclose(found.commanded.poses[::-1, :3, 3], cube.poses[:, :3, 3], atol=1e-5)
     assert {each.pose for each in found.compared if each.name == "AP_p"} == set("ABCDE")
-    standard = predict_robots(arm, cube, robots=400, cycles=5, loads=(1.0,)).loads[0]
+    (standard,) = load_sheets(arm, cube, Experiment(1, 400, 5, 0.0), {0: 1.0}, None, 10)
     (sheet,) = predict_at(
         arm,
         CommandedPoses(tuple("EDCBA"), cube.q[::-1], cube.poses[::-1], None, 0),
@@ -268,7 +271,7 @@ def test_robots_predicted_at_commanded_poses_are_those_of_the_cube(arm, cube, tm
         encoding="utf-8",
     )
     with pytest.raises(lostmotion.InputError, match=r"F at \(9000, 0, 0\) mm, out of reach"):
-        lostmotion.iso9283(arm, file, robots=2)
+        lostmotion.iso9283(arm, file, robots=2, visits=2, **stated)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import lostmotion
 from lostmotion import Arm
 from lostmotion.analyses.workspace_map.page.labels import percentile_label
 from lostmotion.analyses.workspace_map.page.plots import map_plots
+from lostmotion.maps import validation_points
 from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.maps.radial import full_turn_axis, radial_section
 from lostmotion.propagation.analytic import analytic
@@ -26,12 +27,24 @@ from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
+POWER, SAMPLED = validation_points._POWER, validation_points.SAMPLED
 QUICK = ("--cell", "60 mm", "--poses", "2048", "--per-cell", "2")
 
 
 def ran(*words, cwd):
     """Run the command in a folder."""
     return carried_out("map", *words, cwd=cwd)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few_validation_points():
+    """Validate maps at 512 points in place of 2 048, from 4 096 sampled poses in place of 32 768:
+    tests of whether their figures hold are in tests/maps.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(validation_points, "_POWER", 9)
+        patch.setattr(validation_points, "SAMPLED", 4096)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -197,6 +210,7 @@ def test_plots_show_the_map(mapped):
     assert not [plot.key for plot in plots.values() if crowded(plot.figure)]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_map_is_written_with_names_and_units(mapped, tmp_path):
     """arrays.nc reads back as the map, each variable with unit and meaning, at the cell centres; an
     existing folder is not overwritten.
@@ -235,7 +249,7 @@ def test_a_first_axis_that_turns_fully_has_a_radial_section():
     assert full_turn_axis(lostmotion.read(Z_ARM)) is None
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     assert full_turn_axis(arm) == pytest.approx((0, 0), abs=1e-9)
-    found = lostmotion.map(arm, cell=0.2, by="best", poses=4096, per_cell=3)
+    found = lostmotion.map(arm, cell=0.2, by="best", poses=1024, per_cell=2)
     section = radial_section(found)
     known = np.isfinite(section.values)
     assert np.nanmin(section.values) == np.nanmin(found.selected)
@@ -360,10 +374,12 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
     assert 0.4 < share.high < 0.75
 
 
-def test_mapping_works_out_of_the_box(tmp_path):
+def test_mapping_works_out_of_the_box(tmp_path, monkeypatch):
     """`lostmotion map` prints and writes; the same input gives the same bytes on other threads; an
     existing folder is not overwritten.
     """
+    monkeypatch.setattr(validation_points, "_POWER", POWER)  # as the other process has them
+    monkeypatch.setattr(validation_points, "SAMPLED", SAMPLED)
     # in a plane, with few plots; cells and configurations are more than those of the Z-arm
     words = (
         EXAMPLES / "planar-2r.toml",
@@ -440,12 +456,13 @@ def test_a_point_beyond_the_reach_is_reported(mapped):
     assert words[2] == mapped.sheet.notes
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_no_place_for_a_box_is_an_answer_of_its_own(tmp_path):
     """Without a placement the folder is written, the verdict goes to standard error, and the exit
     code is 1.
     """
     done = ran(
-        Z_ARM,
+        EXAMPLES / "planar-2r.toml",
         "--cell",
         "300 mm",
         "--poses",
@@ -453,12 +470,12 @@ def test_no_place_for_a_box_is_an_answer_of_its_own(tmp_path):
         "--per-cell",
         "2",
         "--box",
-        "50 x 50 x 50 m",
+        "50 x 0 x 50 m",
         cwd=tmp_path,
     )
     assert done.returncode == 1
-    assert "No placement of 50000 x 50000 x 50000 mm is within reach" in done.stderr
-    assert (tmp_path / "z-arm-map" / "report.html").is_file()
+    assert "No placement of 50000 x 0 x 50000 mm is within reach" in done.stderr
+    assert (tmp_path / "planar-2r-map" / "report.html").is_file()
 
 
 def test_python_refuses_unknown_wishes():

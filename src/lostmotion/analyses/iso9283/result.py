@@ -4,9 +4,8 @@ plots.
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from lostmotion.analyses.result import Result
 
@@ -86,10 +85,9 @@ def answer(  # noqa: PLR0913 - an ISO sheet is these numbers
     from lostmotion.standards.comparison import compare, compare_at
 
     ends = _ends(path, measured)
-    predict = functools.partial(
-        predict_robots, arm, cube, robots=robots, seed=seed, path=ends, progress=progress
+    predicted = predict_robots(
+        arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress
     )
-    predicted = predict(cycles=cycles)
     drifted = (
         None
         if warm_up is None
@@ -97,8 +95,7 @@ def answer(  # noqa: PLR0913 - an ISO sheet is these numbers
     )
     if measured is None:
         return Iso9283(predicted, drifted, None, ())
-    changed = _as_measured(measured, cycles, ends)
-    both = compare(predict(**{"cycles": cycles, **changed}) if changed else predicted, measured)
+    both = compare(_as_measured(predicted, measured, progress), measured)
     if both or (at := commanded_poses(arm, measured.visits)) is None:
         return Iso9283(predicted, drifted, measured, tuple(both))
     visited = [
@@ -128,31 +125,42 @@ def _ends(path: tuple[str, str] | None, measured: MeasuredRobot | None) -> tuple
     return DISTANCE if first is None else (NAMES.index(first[0]), NAMES.index(first[1]))
 
 
-def _as_measured(measured: MeasuredRobot, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
-    """Return the arguments that predict robots as the measured one was measured, where they differ
-    from those of the standard: fewest visits and cycles, its loads and its instrument.
+def _as_measured(
+    predicted: PredictedRobots,
+    measured: MeasuredRobot,
+    progress: Callable[[str, int, int], None] | None,
+) -> PredictedRobots:
+    """Return the same robots as the measured one was measured, as far as they are compared with it:
+    fewest visits and cycles, its loads and its instrument.
     """
     from lostmotion.propagation.iso9283.cube import NAMES
-    from lostmotion.propagation.iso9283.robots import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
+    from lostmotion.propagation.iso9283.experiment import Experiment
+    from lostmotion.propagation.iso9283.robots import LOADS, MOST_CYCLES, load_sheets
     from lostmotion.standards.measured_paths import MOST_PLANES
 
     visited = [pose.visits for load in measured.loads for pose in load.poses if pose.name in NAMES]
-    name = "-".join(NAMES[k] for k in ends)
+    name = "-".join(NAMES[k] for k in predicted.path_ends)
     paths = [path for load in measured.loads for path in load.paths if path.name == name]
     planes = [min(len(path.places), MOST_PLANES) for path in paths]
-    loads = (*LOADS, *(load.load for load in measured.loads if load.load not in LOADS))
-    of_measured = {
-        "cycles": min(max(min(visited, default=cycles), 2), MOST_CYCLES),
-        "path_cycles": min((path.cycles for path in paths), default=PATH_CYCLES),
-        "path_points": min(planes, default=PATH_POINTS),
-        "loads": loads,
-        "instrument": measured.visits.instrument,
-    }
-    standard = {
-        "cycles": cycles,
-        "path_cycles": PATH_CYCLES,
-        "path_points": PATH_POINTS,
-        "loads": LOADS,
-        "instrument": 0.0,
-    }
-    return {name: value for name, value in of_measured.items() if value != standard[name]}
+    cycles = min(max(min(visited, default=predicted.cycles), 2), MOST_CYCLES)
+    path_cycles = min((path.cycles for path in paths), default=predicted.path_cycles)
+    path_points = min(planes, default=predicted.path_points)
+    under = {load.load for load in measured.loads}
+    if (
+        (cycles, path_cycles, path_points, measured.visits.instrument)
+        == (predicted.cycles, predicted.path_cycles, predicted.path_points, 0.0)
+    ) and under <= set(LOADS):
+        return predicted
+    loads = dict.fromkeys([*LOADS, *(load.load for load in measured.loads)])
+    sheets = load_sheets(
+        predicted.arm,
+        predicted.cube,
+        Experiment(predicted.seed, predicted.robots, cycles, measured.visits.instrument),
+        {number: load for number, load in enumerate(loads) if load in under},
+        (*predicted.path_ends, path_points) if paths else None,
+        path_cycles,
+        progress,
+    )
+    return replace(
+        predicted, cycles=cycles, path_cycles=path_cycles, path_points=path_points, loads=sheets
+    )

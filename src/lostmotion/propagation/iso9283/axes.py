@@ -18,6 +18,7 @@ from lostmotion.laws.iso230 import APPROACHES, POSITIONS, positioning
 from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
+from lostmotion.propagation.iso9283.cube import STEPS
 from lostmotion.propagation.iso9283.joint_motion import path_approach
 from lostmotion.spatial import exp
 
@@ -154,6 +155,9 @@ def _moved(
     wanted = np.tile(cube.poses[0], (len(rows), 1, 1))
     wanted[:, :3, :3] = motion[:, :3, :3] @ wanted[:, :3, :3]
     wanted[:, :3, 3] += motion[:, :3, 3]
-    q, reached = inverse_kinematics(arm, wanted, start, with_orientation=cube.rotation is not None)
+    # what a step reaches at all it reaches soon: some six iterations, for every example
+    q, reached = inverse_kinematics(
+        arm, wanted, start, with_orientation=cube.rotation is not None, steps=STEPS
+    )
     turning = np.array([joint.type == "revolute" for joint in arm.driven])
     return q, reached & ~((np.abs(q - start) > _SAME) & turning).any(axis=1)

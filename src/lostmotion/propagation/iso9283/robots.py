@@ -32,7 +32,7 @@ from lostmotion.propagation.iso9283.joint_motion import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
@@ -155,39 +155,11 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     instrument  standard deviation of the readings of positions that is added, m
     Raises InputError for a path that the arm cannot follow.
     """
-    report = progress or (lambda _stage, _done, _total: None)
-    steps = 3 * len(loads)
     approach, still = cycle_approach(cube.q)
     visiting = Experiment(seed, robots, cycles, instrument)
-    sheets = []
-    for number, load in enumerate(loads):
-        loaded = with_payload_share(arm, load)
-        report("visiting the five poses", 3 * number, steps)
-        first = _NUMBERS["cycle"] + len(NAMES) * number
-        at_poses = _at_poses(loaded, cube, approach, visiting, first)
-        report("arriving from three sides", 3 * number + 1, steps)
-        first = _NUMBERS["sides"] + 3 * len(FROM_THREE_SIDES) * number
-        sides = _from_sides(loaded, cube, approach, visiting, first)
-        report("following the path", 3 * number + 2, steps)
-        first = _NUMBERS["path"] + MOST_PATH_POINTS * number
-        profile, along, reversal = _along_path(
-            loaded,
-            cube,
-            approach,
-            (*path, path_points),
-            replace(visiting, visits=path_cycles),
-            first,
-        )
-        sheets.append(
-            LoadSheet(
-                load=load,
-                multi_directional=sides,
-                path=along,
-                path_profile=profile,
-                path_reversal=reversal,
-                **at_poses,
-            )
-        )
+    sheets = load_sheets(
+        arm, cube, visiting, dict(enumerate(loads)), (*path, path_points), path_cycles, progress
+    )
     return PredictedRobots(
         arm,
         cube,
@@ -196,7 +168,7 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         seed,
         approach,
         tuple(joint.name for joint, stands in zip(arm.driven, still, strict=True) if stands),
-        tuple(sheets),
+        sheets,
         path,
         path_points,
         path_cycles,
@@ -212,6 +184,46 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
             min(cycles, _CHECKED),
         ),
     )
+
+
+def load_sheets(
+    arm: Arm,
+    cube: Cube,
+    visiting: Experiment,
+    loads: Mapping[int, float],
+    line: tuple[int, int, int] | None,
+    path_cycles: int,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> tuple[LoadSheet, ...]:
+    """Return the characteristics of simulated robots in a cube under each load.
+
+    loads   shares of the payload by their number, which decides the draws of their visits
+    line    first and last pose of the path and its number of points; None: its figures are NaN
+    Other arguments as for `predict_robots`. Raises InputError for a path that the arm cannot
+    follow.
+    """
+    report = progress or (lambda _stage, _done, _total: None)
+    steps = 3 * len(loads)
+    approach = cycle_approach(cube.q)[0]
+    # The payload changes no joint values.
+    q = None if line is None else path_poses(arm, cube, line[:2], line[2])
+    sheets = []
+    for done, (number, load) in enumerate(loads.items()):
+        loaded = with_payload_share(arm, load)
+        report("visiting the five poses", 3 * done, steps)
+        first = _NUMBERS["cycle"] + len(NAMES) * number
+        at_poses = _at_poses(loaded, cube, approach, visiting, first)
+        report("arriving from three sides", 3 * done + 1, steps)
+        first = _NUMBERS["sides"] + 3 * len(FROM_THREE_SIDES) * number
+        sides = _from_sides(loaded, cube, approach, visiting, first)
+        along = _no_path(visiting.robots)
+        if line is not None and q is not None:
+            report("following the path", 3 * done + 2, steps)
+            first = _NUMBERS["path"] + MOST_PATH_POINTS * number
+            followed = replace(visiting, visits=path_cycles)
+            along = _along_path(loaded, cube, approach, line[:2], q, followed, first)
+        sheets.append(LoadSheet(load=load, multi_directional=sides, **along, **at_poses))
+    return tuple(sheets)
 
 
 def predict_at(
@@ -232,14 +244,11 @@ def predict_at(
     """
     approach = cycle_approach(at.q[::-1])[0][::-1]
     visiting = Experiment(seed, robots, cycles, instrument)
-    unknown = np.full((len(PATH_FIGURES), robots), np.nan)
     return tuple(
         LoadSheet(
             load=load,
-            multi_directional=unknown[:3],
-            path=unknown,
-            path_profile=unknown[:, :0, None],
-            path_reversal=unknown[0],
+            multi_directional=np.full((len(FROM_THREE_SIDES), robots), np.nan),
+            **_no_path(robots),
             **_at_poses(
                 with_payload_share(arm, load),
                 at,
@@ -316,32 +325,45 @@ def _from_sides(arm: Arm, cube: Cube, approach: Floats, visiting: Experiment, fi
     return out
 
 
+def _no_path(robots: int) -> dict[str, Floats]:
+    """Return the fields of a `LoadSheet` that belong to the path, where none is followed."""
+    unknown = np.full((len(PATH_FIGURES), robots), np.nan)
+    return {
+        "path": unknown,
+        "path_profile": unknown[:, :0, None],
+        "path_reversal": unknown[0],
+    }
+
+
 def _along_path(
     arm: Arm,
     cube: Cube,
     approach: Floats,
-    line: tuple[int, int, int],
+    ends: tuple[int, int],
+    q: Floats,
     visiting: Experiment,
     first: int,
-) -> tuple[Floats, Floats, Floats]:
-    """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and
-    of the whole path (8, robot), and the reversal error (robot,), m; `line` is its first and last
-    pose and its number of points.
+) -> dict[str, Floats]:
+    """Return the fields of a `LoadSheet` that belong to the path between two poses, at joint values
+    q (point, joint).
     """
-    a, b, points = line
-    q = path_poses(arm, cube, (a, b), points)
+    a, b = ends
     refuse_untrusted(arm, q, 0.0)
     state = standing(state_of(arm, q))
     matrix = screws(state, approach=path_approach(q, approach[a]))
     back = screws(state, approach=path_approach(q[::-1], approach[b])[::-1])
     along = cube.poses[b, :3, 3] - cube.poses[a, :3, 3]
-    found = np.empty((len(PATH_FIGURES), points, visiting.robots))
-    apart = np.zeros((points, visiting.robots))
+    found = np.empty((len(PATH_FIGURES), len(q), visiting.robots))
+    apart = np.zeros((len(q), visiting.robots))
     once = replace(visiting, visits=1)
-    for k in range(points):
+    for k in range(len(q)):
         found[:, k] = iso.path_figures(visiting.errors(matrix, k, first + k), along)
         # The same draws both ways: what differs is the side of the joints alone.
         ways = [once.errors(each, k, first + k)[:, 0, 3:] for each in (matrix, back)]
         apart[k] = np.linalg.norm(ways[1] - ways[0], axis=-1)
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
-    return profile, found.max(axis=1), apart.max(axis=0)
+    return {
+        "path": found.max(axis=1),
+        "path_profile": profile,
+        "path_reversal": apart.max(axis=0),
+    }
