@@ -63,12 +63,12 @@ def unknown_values(part: Part) -> tuple[UnknownValue, ...]:
     A value that several places share is listed once, under the first of them.
     """
     found: dict[object, UnknownValue] = {}
-    _walk(
-        part,
-        lambda place, band: (
-            found.setdefault(place.identity, UnknownValue(place.key, band, place.name)).band
-        ),
-    )
+
+    def visit(place: _Place, band: Band) -> Band:
+        found.setdefault(place.identity, UnknownValue(place.key, band, place.name))
+        return band
+
+    _walk(part, visit)
     return tuple(sorted(found.values(), key=lambda each: each.key))
 
 
@@ -79,9 +79,28 @@ def with_values(part: P, values: Mapping[str, float]) -> P:
     remains. Raises InputError where these values make an impossible part, and KeyError without the
     value of a range.
     """
+    return _with_values(part, values, _keys(part))
+
+
+def _keys(part: Part) -> list[str]:
+    """Return the key of each range of a part in the order in which a walk finds them: that of the
+    first place that shares its value.
+    """
     keys: dict[object, str] = {}
+    found: list[str] = []
+
+    def visit(place: _Place, band: Band) -> Band:
+        found.append(keys.setdefault(place.identity, place.key))
+        return band
+
+    _walk(part, visit)
+    return found
+
+
+def _with_values(part: P, values: Mapping[str, float], keys: list[str]) -> P:
+    order = iter(keys)
     try:
-        out = _walk(part, lambda place, _: values[keys.setdefault(place.identity, place.key)])
+        out = _walk(part, lambda _place, _band: values[next(order)])
     except ValidationError as error:
         raise _impossible(error, values) from None
     if not isinstance(out, type(part)):
@@ -93,9 +112,12 @@ def draws(part: P, unknown: tuple[UnknownValue, ...], shares: Floats) -> Iterato
     """Yield the part with known values at each row of shares (draw, value), between 0 and 1; errors
     as `with_values`.
     """
+    keys = _keys(part)
     for row in shares.tolist():
-        yield with_values(
-            part, {each.key: each.band.at(share) for each, share in zip(unknown, row, strict=True)}
+        yield _with_values(
+            part,
+            {each.key: each.band.at(share) for each, share in zip(unknown, row, strict=True)},
+            keys,
         )
 
 
@@ -155,7 +177,7 @@ class _Place:
     start: int = 0
 
     def inside(self, step: str) -> _Place:
-        return replace(self, path=(*self.path, step))
+        return _Place((*self.path, step), self.owner, self.start)
 
     @property
     def within(self) -> Path:
@@ -198,26 +220,28 @@ class _Place:
 
 
 _ROOT: Final = _Place(())
+# Types of values that contain no range: most fields of a part.
+_PLAIN: Final = frozenset({float, int, str, bool, type(None)})
 
 
-def _walk(value: Any, visit: Callable[[_Place, Band], float], place: _Place = _ROOT) -> Any:  # noqa: ANN401 - whatever a field holds
+def _walk(value: Any, visit: Callable[[_Place, Band], float | Band], place: _Place = _ROOT) -> Any:  # noqa: ANN401 - whatever a field holds
     """Return a value with its ranges replaced; the same object where it has none."""
     if isinstance(value, Band):
         return visit(place, value)
     if isinstance(value, Toleranced):
-        return (
-            replace(value, nominal=visit(place, value.nominal))
-            if isinstance(value.nominal, Band)
-            else value
-        )
+        nominal = visit(place, value.nominal) if isinstance(value.nominal, Band) else value.nominal
+        return value if nominal is value.nominal else replace(value, nominal=nominal)
     if isinstance(value, Part):
         if isinstance(value, Material) or (place.owner is None and value.shareable):
             place = replace(place, owner=value, start=len(place.path))
+        fields = {name: getattr(value, name) for name in type(value).model_fields}
         return _changed(
             value,
-            {
-                name: _walk(getattr(value, name), visit, place.inside(name))
-                for name in type(value).model_fields
+            fields
+            | {
+                name: _walk(each, visit, place.inside(name))
+                for name, each in fields.items()
+                if type(each) not in _PLAIN
             },
         )
     if isinstance(value, dict):

@@ -219,13 +219,14 @@ def _equilibrium(
         lever,
         0.0,
         np.array([torque]),
+        np.zeros(1, dtype=np.int64),
         0 * one,
         arm[None] / lever,
         soft * one,
         scale[None],
         np.inf * one,
         np.zeros((1, 1, count)),
-        np.array([np.inf]),
+        np.array([[np.inf]]),
         both,
     )
     elastic_kernel.solve_cases(0, 1, *given, out, forces)

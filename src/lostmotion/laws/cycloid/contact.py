@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 FlankLaw = Literal["johnson", "palmgren", "linear"]
 # Fewer cases than this take less time than a thread needs to start.
-_LEAST_BLOCK: Final = 100
+_LEAST_BLOCK: Final = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class Flanks:
 @dataclass(frozen=True, slots=True)
 class Supports:
     """Supports of the disc besides the flanks; infinite means rigid. Arrays (draw,) hold one value
-    per simulated gearbox.
+    per simulated gearbox, arrays (torque, draw or 1) one per torque as well.
 
     bearing     stiffness of the eccentric (bearing, shaft and seats in series) in any direction
                 across its axis, N/m
@@ -110,13 +110,25 @@ class LoadSharing:
     # rad, of the output from its unloaded position without gaps, in the direction of the torque
     rotation: Floats
     forces: Floats  # (..., N) N, per pin or lobe
-    pressures: Floats  # (..., N) Pa, peak pressure of each contact
+    pressed: Floats | None  # (crank, N) as of `load_sharing`
+    radius: Floats  # (crank, N) m, equivalent radius of each contact
+    flanks: Flanks
     bearing_force: Floats  # N, on the eccentric
     # N m/rad, derivative of the torque by the rotation; 0 where the disc is free in its play
     stiffness: Floats
     lobes: Floats  # number of loaded lobes
     residual: Floats  # largest unbalanced force, as a share of T/(e z)
     converged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+    @property
+    def pressures(self) -> Floats:
+        """Return the peak pressure of each contact (..., N), Pa."""
+        flanks = self.flanks
+        with np.errstate(invalid="ignore"):
+            carried = (
+                self.forces if self.pressed is None else self.forces * self.pressed[None, :, None]
+            )
+            return peak_pressure(carried / flanks.width, self.radius[None, :, None], flanks.modulus)
 
     def checked(self) -> LoadSharing:
         """Return this result. Raises DidNotConvergeError with the number of cases that did not
@@ -144,6 +156,7 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     bodies: Floats | None = None,
     stiffening: Floats | None = None,
     pressed: Floats | None = None,
+    places: np.ndarray | None = None,
     threads: int = 1,
 ) -> LoadSharing:
     """Return the forces on the lobes of one disc and its rotation, at all combinations of torques,
@@ -161,6 +174,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
                 `branches` of the flanks
     pressed  (crank, N) share of each force that counts for the pressure of its contact, because a
              second branch carries the rest; default: all of it
+    places   (place,) numbers of crank angles, one or more times each: gaps and results then have
+             places for an axis in place of crank angles; default: each crank angle once
     threads  number of threads, on which the result does not depend
 
     The residual is below 1e-9 of the torque, usually 1e-12; otherwise the case is marked as not
@@ -182,14 +197,13 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
         np.broadcast_to(gap, (*gap.shape[:-1], stage.pins))[(None,) * (3 - max(gap.ndim, 1))]
     )
     bearing, output = (
-        np.atleast_1d(np.asarray(value, dtype=float))
+        np.atleast_2d(np.asarray(value, dtype=float))
         for value in (supports.bearing, supports.output)
     )
-    draws = np.broadcast_shapes(gap.shape[1:2], bearing.shape, output.shape)[0]
-    if gap.shape[0] not in {1, len(crank)}:
-        raise ValueError(
-            f"gaps are given for {gap.shape[0]} crank angles, but there are {len(crank)}"
-        )
+    at = np.arange(len(crank)) if places is None else np.asarray(places)
+    draws = np.broadcast_shapes(gap.shape[1:2], bearing.shape[1:], output.shape[1:])[0]
+    if gap.shape[0] not in {1, len(at)}:
+        raise ValueError(f"gaps are given for {gap.shape[0]} crank angles, but there are {len(at)}")
     if not (np.isfinite(torque).all() and np.isfinite(crank).all() and np.isfinite(gap).all()):
         raise ValueError("torques, crank angles and gaps must be finite numbers")
     if not ((bearing > 0).all() and (output > 0).all() and supports.pin_circle > 0):
@@ -201,19 +215,20 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     radius = contact_radius(stage, theta)
     stiffer = np.full_like(radius, flanks.branches) if stiffening is None else stiffening
     law, soft, scale, largest = _coefficients(flanks, radius, stiffer)
-    shape = (len(torque), len(crank), draws)
+    shape = (len(torque), len(at), draws)
     cases = math.prod(shape)
     out, forces = np.empty((cases, kernel.COLUMNS)), np.empty((cases, stage.pins))
     across = np.ascontiguousarray(normals(stage, theta)[..., 0])
     arm = arms(stage, theta) / stage.planet_pitch_radius
     thrust = 0.0 if math.isinf(supports.pin_circle) else 4 / (math.pi * supports.pin_circle)
-    stiffness = np.ascontiguousarray(np.broadcast_to(bearing, draws))
+    stiffness = np.ascontiguousarray(np.broadcast_to(bearing, (len(torque), draws)))
     flexible = () if bodies is None else (_checked(bodies, len(crank), stage.pins),)
     given = read_only(
         law,
         stage.planet_pitch_radius,
         thrust,
         torque,
+        np.ascontiguousarray(at, dtype=np.int64),
         across,
         arm,
         soft,
@@ -235,6 +250,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
             list(pool.map(lambda ends: solve(ends[0], ends[1]), pairwise(edges)))
     else:
         solve(0, cases)
+    if places is not None:
+        radius, pressed = radius[at], None if pressed is None else pressed[at]
     return _named(
         flanks, radius, pressed, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1)
     )
@@ -300,15 +317,15 @@ def _named(
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     converged = np.isfinite(out[..., kernel.ROTATION])
-    with np.errstate(invalid="ignore"):
-        carried = forces if pressed is None else forces * pressed[None, :, None, :]
-        pressures = peak_pressure(carried / flanks.width, radius[None, :, None, :], flanks.modulus)
+    soft = output[:, None]
     return LoadSharing(
-        rotation=out[..., kernel.ROTATION] + torque[:, None, None] / output,
+        rotation=out[..., kernel.ROTATION] + torque[:, None, None] / soft,
         forces=forces,
-        pressures=pressures,
+        pressed=pressed,
+        radius=radius,
+        flanks=flanks,
         bearing_force=out[..., kernel.BEARING],
-        stiffness=1 / (out[..., kernel.SOFTNESS] + 1 / output),
+        stiffness=1 / (out[..., kernel.SOFTNESS] + 1 / soft),
         lobes=np.where(converged, out[..., kernel.LOADED], np.nan),
         residual=out[..., kernel.RESIDUAL],
         converged=converged,

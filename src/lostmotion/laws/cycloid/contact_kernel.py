@@ -205,34 +205,37 @@ def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale
 
 @fused
 def solve_cases(
-    first,  # case, counted (torque * cranks + crank) * draws + draw
+    first,  # case, counted (torque * places + place) * draws + draw
     last,  # one past the last case
     law,
     radius,  # of the planet's pitch circle, m
     thrust,  # force along the line of centres per torque, 1/m
     torque,  # (torque,)
+    places,  # (place,) number of the crank angle
     across,  # (crank, N) n_x
     arm,  # (crank, N) n_y = l/r
     soft,  # (crank, N) coefficients of the law
     scale,  # (crank, N)
     largest,  # (crank, N) force at which the law ends
-    gap,  # (crank, draw, N), or 1 in either of the first two
-    stiffness,  # (draw,) of the bearing, N/m
+    gap,  # (place, draw, N), or 1 in either of the first two
+    stiffness,  # (torque, draw) of the bearing, N/m
     out,  # out (case, COLUMNS)
     forces,  # out (case, N)
 ):
     """Solve a range of cases. Cases that do not converge are NaN."""
-    cranks, draws = arm.shape[0], stiffness.shape[0]
+    count, draws = places.shape[0], stiffness.shape[1]
     sums = np.empty(6)
     for case in range(first, last):
         draw = case % draws
-        c = case // draws % cranks
-        moment = torque[case // draws // cranks]
+        place = case // draws % count
+        c = places[place]
+        load = case // draws // count
+        moment = torque[load]
         side = -1.0 if moment < 0.0 else 1.0
         pull = abs(moment) / radius
         push = -thrust * abs(moment)
-        k = stiffness[draw]
-        g = gap[c % gap.shape[0], draw % gap.shape[1]]
+        k = stiffness[load, draw]
+        g = gap[place % gap.shape[0], draw % gap.shape[1]]
         v, error = _equilibrium(
             law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums, forces[case]
         )

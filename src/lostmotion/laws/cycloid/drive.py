@@ -34,6 +34,8 @@ from lostmotion.laws.cycloid.stage import Modification, Stage
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.spatial import Floats
 
@@ -45,6 +47,8 @@ _RIPPLE: Final = 6
 LEAST_ARM: Final = 0.1
 # Share of a torque that counts as no torque.
 _REST: Final = 0.01
+# Forces of contacts, in number, that are computed and held at once.
+_TOGETHER: Final = 2_000_000
 # Number of crank angles over a turn, to average the forces on the crankshafts.
 _ROUND: Final = 72
 
@@ -96,10 +100,7 @@ class EccentricSprings:
             return self.bearing
         if force <= 0:
             return 0.0
-        shift = radial_shift(
-            force, 0.0, self.element_stiffness, self.exponent, element_angles(self.elements)
-        )
-        return force / float(shift)
+        return force / _shift(self.elements, self.element_stiffness, self.exponent, force)
 
     def stiffness(self, force: float) -> float:
         """Return the stiffness (N/m) of bearing and shaft of one crank in series under this force
@@ -108,6 +109,14 @@ class EccentricSprings:
         bearing = self.bearing_stiffness(force)
         soft = (1 / bearing if bearing else math.inf) + 1 / self.shaft
         return 1 / soft if soft else math.inf
+
+
+@functools.lru_cache(maxsize=1024)
+def _shift(elements: int, stiffness: float, exponent: float, force: float) -> float:
+    """Return the shift (m) of a bearing without clearance; all discs of a drive ask for it under
+    the same forces.
+    """
+    return float(radial_shift(force, 0.0, stiffness, exponent, element_angles(elements)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +222,6 @@ def play_per_crank_clearance(drive: Drive) -> float:
     return crank_force_per_torque(drive) * drive.eccentric.cranks
 
 
-@functools.lru_cache(maxsize=256)
 def crank_force(drive: Drive, torque: float) -> float:
     """Return the force (N) on the bearing of each crankshaft under a torque (N m) on one disc of
     the nominal stage, averaged over a pitch.
@@ -221,57 +229,101 @@ def crank_force(drive: Drive, torque: float) -> float:
     Larger than `crank_force_per_torque` times the torque, because lobes also push slightly along
     the line of centres. Raises DidNotConvergeError.
     """
-    force = abs(torque) * crank_force_per_torque(drive)
-    crank = crank_angles_of_pitch(drive)
-    supports = _supports(drive, force, rigid=False)
+    return crank_forces(drive, (torque,))[0]
+
+
+@functools.lru_cache(maxsize=256)
+def crank_forces(drive: Drive, torque: tuple[float, ...]) -> tuple[float, ...]:
+    """Return `crank_force` under each torque."""
+    crank, per_torque = crank_angles_of_pitch(drive), crank_force_per_torque(drive)
+    supports = _supports(drive, [abs(each) * per_torque for each in torque], rigid=False)
     bodies, stiffening, _ = drive.bodies(crank)
-    gap = nominal_gaps(drive, crank)
     answer = load_sharing(
         drive.stage,
         drive.flanks,
-        [torque],
+        torque,
         crank,
-        gap,
+        nominal_gaps(drive, crank),
         supports,
         bodies=bodies,
         stiffening=stiffening,
     ).checked()
-    return (
-        float(answer.bearing_force.mean())
-        * crank_force_per_torque(drive)
-        * drive.stage.planet_pitch_radius
+    return tuple(
+        float(each.mean()) * per_torque * drive.stage.planet_pitch_radius
+        for each in answer.bearing_force
     )
 
 
 def loaded_disc(
     drive: Drive,
-    torque: float,
+    torque: Floats | float,
     crank: Floats,
     gap: Floats,
     *,
+    places: np.ndarray | None = None,
     rigid_eccentric: bool = False,
     threads: int = 1,
 ) -> LoadSharing:
     """Return the load sharing of one disc under its torque, with the bodies of disc and ring.
 
-    torque  N m on the disc, not zero
+    torque  N m on the disc, one or (torque,), not zero
     crank   (crank,) crank angles, rad
     gap     (crank, draw, N) m
+    places  (place,) numbers of crank angles, for which the gaps then are, as of `load_sharing`
 
     The bearing of the eccentric has its secant stiffness under its force in the nominal stage.
     Raises DidNotConvergeError.
     """
-    force = (
-        crank_force(drive, torque)
-        if drive.eccentric.elements and not rigid_eccentric
-        else abs(torque) * crank_force_per_torque(drive)
-    )
-    supports = _supports(drive, force, rigid=rigid_eccentric)
+    torques = np.atleast_1d(torque).tolist()
+    if drive.eccentric.elements and not rigid_eccentric:
+        forces = crank_forces(drive, tuple(torques))
+    else:
+        forces = tuple(abs(each) * crank_force_per_torque(drive) for each in torques)
+    supports = _supports(drive, forces, rigid=rigid_eccentric)
     bodies, stiffening, pressed = drive.bodies(crank)
-    loads = (drive.stage, drive.flanks, [torque], crank, gap, supports)
     return load_sharing(
-        *loads, bodies=bodies, stiffening=stiffening, pressed=pressed, threads=threads
+        drive.stage,
+        drive.flanks,
+        torques,
+        crank,
+        gap,
+        supports,
+        bodies=bodies,
+        stiffening=stiffening,
+        pressed=pressed,
+        places=places,
+        threads=threads,
     ).checked()
+
+
+def rotations(
+    drive: Drive,
+    torque: Floats,
+    crank: Floats,
+    gap: Floats,
+    *,
+    places: np.ndarray | None = None,
+    rigid_eccentric: bool = False,
+    threads: int = 1,
+) -> tuple[Floats, Floats]:
+    """Return rotation (rad) and stiffness (N m/rad) of one disc under torques (torque,), N m:
+    (torque, crank, draw). Arguments and errors as `loaded_disc`.
+    """
+    out = np.empty((2, len(torque), *gap.shape[:2]))
+    together = max(1, _TOGETHER // gap.size)
+    for first in range(0, len(torque), together):
+        some = slice(first, first + together)
+        found = loaded_disc(
+            drive,
+            torque[some],
+            crank,
+            gap,
+            places=places,
+            rigid_eccentric=rigid_eccentric,
+            threads=threads,
+        )
+        out[0, some], out[1, some] = found.rotation, found.stiffness
+    return out[0], out[1]
 
 
 def rest_angle(
@@ -297,12 +349,14 @@ def rest_angle(
     out = np.full(interfering.shape, math.nan)
     if len(chosen):
         small = _REST * torque
-        either = [
-            loaded_disc(
-                drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric, threads=threads
-            ).rotation[0]
-            for each in (-small, small)
-        ]
+        either, _ = rotations(
+            drive,
+            np.array([-small, small]),
+            crank,
+            gap[:, chosen],
+            rigid_eccentric=rigid_eccentric,
+            threads=threads,
+        )
         out[:, chosen] = np.where(interfering[:, chosen], (either[0] + either[1]) / 2, math.nan)
     return out
 
@@ -321,11 +375,14 @@ def interferes(
     )
 
 
-def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
-    bearing = output = math.inf
+def _supports(drive: Drive, forces: Sequence[float], *, rigid: bool) -> Supports:
+    """Return the supports of a disc, whose bearing has the stiffness of its force (N) under each
+    torque: bearing and output (torque, 1).
+    """
+    bearing = output = np.full((len(forces), 1), math.inf)
     eccentric = drive.eccentric
     if not rigid:
-        bearing = eccentric.cranks * eccentric.stiffness(force)
+        bearing = np.array([[eccentric.cranks * eccentric.stiffness(each)] for each in forces])
         if math.isfinite(eccentric.circle):
             output = bearing * eccentric.circle**2
     return Supports(bearing, output, drive.output.circle if drive.output else math.inf)

@@ -198,36 +198,39 @@ def _equilibrium(
 
 @fused
 def solve_cases(
-    first,  # case, counted (torque * cranks + crank) * draws + draw
+    first,  # case, counted (torque * places + place) * draws + draw
     last,  # one past the last case
     law,
     radius,  # of the planet's pitch circle, m
     thrust,  # force along the line of centres per torque, 1/m
     torque,  # (torque,)
+    places,  # (place,) number of the crank angle
     across,  # (crank, N) n_x
     arm,  # (crank, N) n_y = l/r
     soft,  # (crank, N) coefficients of the law
     scale,  # (crank, N)
     largest,  # (crank, N) force at which the law ends
-    gap,  # (crank, draw, N), or 1 in either of the first two
-    stiffness,  # (draw,) of the bearing, N/m
+    gap,  # (place, draw, N), or 1 in either of the first two
+    stiffness,  # (torque, draw) of the bearing, N/m
     flexible,  # (side, crank, N, N) m/N, of the bodies under forward and backward torques
     out,  # out (case, COLUMNS) as of `contact_kernel`
     forces,  # out (case, N)
 ):
     """Solve a range of cases. Cases that do not converge are NaN."""
-    cranks, draws, pins = arm.shape[0], stiffness.shape[0], arm.shape[1]
+    count, draws, pins = places.shape[0], stiffness.shape[1], arm.shape[1]
     sums, room = np.empty(5), np.empty((4, pins))
     matrix, columns, loaded = np.empty((pins, pins)), np.empty((pins, 3)), np.empty(pins, np.int64)
     for case in range(first, last):
         draw = case % draws
-        c = case // draws % cranks
-        moment = torque[case // draws // cranks]
+        place = case // draws % count
+        c = places[place]
+        load = case // draws // count
+        moment = torque[load]
         side = -1.0 if moment < 0.0 else 1.0
         pull = abs(moment) / radius
         push = -thrust * abs(moment)
-        k = stiffness[draw]
-        g = gap[c % gap.shape[0], draw % gap.shape[1]]
+        k = stiffness[load, draw]
+        g = gap[place % gap.shape[0], draw % gap.shape[1]]
         bodies = flexible[1 if side < 0.0 else 0, c]
         _, v, error = _equilibrium(
             law,

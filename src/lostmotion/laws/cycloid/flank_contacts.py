@@ -57,11 +57,28 @@ class _Contacts:
     extra: Floats
 
 
-@functools.lru_cache(maxsize=256)
 def contacts_of_both(stage: Stage, crank: float, same: float) -> _Contacts:
     """Return the contacts, those of the second branch farther than `same` times the half-widths
-    from those of the first one.
+    from those of the first one. Raises DidNotConvergeError.
     """
+    found = _found(stage, crank, same)
+    if isinstance(found, str):
+        raise DidNotConvergeError(found)
+    return found
+
+
+@functools.lru_cache(maxsize=256)
+def _found(stage: Stage, crank: float, same: float) -> _Contacts | str:
+    """Return `contacts_of_both`, or why there are none: that is found as slowly as contacts are,
+    and drawings of the same profile ask for it again.
+    """
+    try:
+        return _contacts(stage, crank, same)
+    except DidNotConvergeError as error:
+        return str(error)
+
+
+def _contacts(stage: Stage, crank: float, same: float) -> _Contacts:
     second = second_contacts(stage, [crank])[0]
     second = second[np.isfinite(second)]
     n = stage.pins

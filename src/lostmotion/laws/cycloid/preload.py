@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.drive import loaded_disc
+from lostmotion.laws.cycloid.drive import rotations
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.drive import Drive
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 # share of the smallest torque, that of the rest angles.
 _STEP: Final = 1.3
 _LEAST: Final = 0.01
+# Comparisons of angles, in number, at once.
+_COMPARED: Final = 4_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,7 @@ def preloaded_discs(
     gap: Floats,
     effects: ClearanceEffects,
     *,
+    places: np.ndarray | None = None,
     threads: int = 1,
 ) -> tuple[Floats, Floats]:
     """Return the rest angles (end, crank, gearbox), rad, and the angle under each torque (torque,
@@ -60,6 +63,8 @@ def preloaded_discs(
     crank    (crank,) crank angles, rad
     gap      (disc, crank, gearbox, N) m
     effects  of clearances and misplaced output pins
+    places   (place,) numbers of crank angles: gaps, effects and results then have places for an
+             axis in place of crank angles; default: each crank angle once
 
     The two ends of the rest angles, behind and ahead, differ where clearances leave play. The
     angles of a disc are exact at torques 30 % apart, and between them where one more contact bears.
@@ -73,22 +78,21 @@ def preloaded_discs(
     lowest = _LEAST * float(np.abs(torque).min())
     steps = np.arange(math.ceil(math.log(most / lowest) / math.log(_STEP)) + 1, dtype=float)
     loads: Floats = np.asarray(lowest * _STEP**steps, dtype=float)
-    tables = [_table(drive, loads, crank, gap, effects, threads)]
+    tables = [_table(drive, loads, crank, gap, effects, places, threads)]
     while True:
         angles, torques = _joined(tables, loads, effects)
         low, high = angles[:, 0].max(axis=0), angles[:, -1].min(axis=0)
         least, largest = (
-            sum(map(carried_torque, angles, torques, [end] * len(angles))) for end in (low, high)
+            sum(map(carried_torque, angles, torques, [end[None]] * len(angles)))
+            for end in (low, high)
         )
         if (low < high).all() and (least <= wanted.min()).all() and (largest >= wanted.max()).all():
             break
         more = np.asarray(loads[-1] * _STEP ** np.arange(1.0, 4.0), dtype=float)
-        tables.append(_table(drive, more, crank, gap, effects, threads))
+        tables.append(_table(drive, more, crank, gap, effects, places, threads))
         loads = np.concatenate([loads, more])
     points = angles.reshape(-1, *angles.shape[2:])
-    sums = np.stack(
-        [sum(map(carried_torque, angles, torques, [point] * len(angles))) for point in points]
-    )
+    sums = np.asarray(sum(map(carried_torque, angles, torques, [points] * len(angles))))
     # The first rest angle is where the sum stops being negative, the second one where it becomes
     # positive.
     found = [
@@ -123,23 +127,36 @@ def crossing(points: Floats, sums: Floats, below: np.ndarray, whole: float) -> F
 
 
 def carried_torque(alone: Floats, loads: Floats, angle: Floats) -> Floats:
-    """Return the torque (crank, gearbox), N m, of one disc at an angle (crank, gearbox), by linear
-    interpolation.
+    """Return the torque (point, crank, gearbox), N m, of one disc at angles (point, crank,
+    gearbox), by linear interpolation.
 
     alone  (load, crank, gearbox) angles of the disc under the torques `loads` (load, 1 or
            crank, 1 or gearbox), rad and N m; beyond them the torque of the nearer end
     """
-    at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
-    (below, above), (least, most) = (
-        [np.take_along_axis(each, k[None], axis=0)[0] for k in (at - 1, at)]
-        for each in (alone, np.broadcast_to(loads, alone.shape))
-    )
-    share = np.maximum(angle - below, 0.0) / np.maximum(above - below, np.finfo(float).tiny)
-    return np.asarray(least + np.minimum(share, 1.0) * (most - least))
+    out = np.empty(angle.shape)
+    columns = alone.reshape(len(alone), -1)
+    torques = np.broadcast_to(loads, alone.shape).reshape(columns.shape)
+    column = np.arange(columns.shape[1])
+    together = max(1, _COMPARED // columns.size)
+    for first in range(0, len(angle), together):
+        wanted = angle[first : first + together].reshape(-1, columns.shape[1])
+        at = np.clip((columns[:, None] <= wanted).sum(axis=0), 1, len(loads) - 1)
+        below, above = columns[at - 1, column], columns[at, column]
+        least, most = torques[at - 1, column], torques[at, column]
+        share = np.maximum(wanted - below, 0.0) / np.maximum(above - below, np.finfo(float).tiny)
+        carried = least + np.minimum(share, 1.0) * (most - least)
+        out[first : first + together] = carried.reshape(-1, *angle.shape[1:])
+    return out
 
 
 def _table(
-    drive: Drive, loads: Floats, crank: Floats, gap: Floats, effects: ClearanceEffects, threads: int
+    drive: Drive,
+    loads: Floats,
+    crank: Floats,
+    gap: Floats,
+    effects: ClearanceEffects,
+    places: np.ndarray | None,
+    threads: int,
 ) -> Floats:
     """Return the angles, rad, of the discs under loads (load,), N m, forwards and backwards, and
     their stiffness there, N m/rad: (angle or stiffness, direction, disc, load, crank, gearbox).
@@ -148,10 +165,10 @@ def _table(
     for direction, sign in enumerate((1.0, -1.0)):
         for disc in range(drive.discs):
             turned = crank + 2 * math.pi * disc / drive.discs
-            for k, each in enumerate(loads):
-                found = loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads)
-                out[0, direction, disc, k] = found.rotation[0] + sign * effects.shift[direction]
-                out[1, direction, disc, k] = found.stiffness[0]
+            angle, out[1, direction, disc] = rotations(
+                drive, sign * loads, turned, gap[disc], places=places, threads=threads
+            )
+            out[0, direction, disc] = angle + sign * effects.shift[direction]
     return out
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from lostmotion.laws.cycloid.drive import (
     LEAST_ARM,
-    loaded_disc,
     play_per_crank_clearance,
     rest_angle,
+    rotations,
 )
 from lostmotion.laws.cycloid.geometry import (
     first_contact_angle,
@@ -157,20 +157,22 @@ def simulate(
     preloaded = ends.sum(axis=0) < 0
     middle = (ends[0] - ends[1]) / 2
     ahead, behind = np.where(preloaded, middle, ends[0]), np.where(preloaded, -middle, ends[1])
-    chosen = np.flatnonzero(preloaded.any(axis=0))
-    if len(chosen) and len(torque):
-        shifts = ClearanceEffects(
-            -last[..., chosen], first[..., chosen], (free + uneven)[..., chosen]
+    if preloaded.any() and len(torque):
+        # a gearbox is rarely preloaded at every crank angle
+        effects = ClearanceEffects(
+            *(each[:, preloaded][..., None] for each in (-last, first, free + uneven))
         )
         rest, turned = preloaded_discs(
-            drive, torque, crank, gap[:, :, chosen], shifts, threads=threads
+            drive,
+            torque,
+            crank,
+            gap[:, preloaded][:, :, None],
+            effects,
+            places=np.nonzero(preloaded)[0],
+            threads=threads,
         )
-        own = preloaded[:, chosen]
-        rotation[..., chosen] = np.where(own, turned, rotation[..., chosen])
-        ahead[:, chosen], behind[:, chosen] = (
-            np.where(own, rest[1], ahead[:, chosen]),
-            np.where(own, -rest[0], behind[:, chosen]),
-        )
+        rotation[:, preloaded] = turned[..., 0]
+        ahead[preloaded], behind[preloaded] = rest[1, :, 0], -rest[0, :, 0]
     return SimulatedGearboxes(ahead, behind, torque, rotation, jammed)
 
 
@@ -255,20 +257,10 @@ def _common_rotation(
     alone = np.empty((drive.discs, len(loads), *gap.shape[1:3]))
     for disc in range(drive.discs):
         turned = crank + 2 * math.pi * disc / drive.discs
-        for k, each in enumerate(loads[1:], 1):
-            alone[disc, k] = (
-                sign
-                * loaded_disc(
-                    drive, sign * float(each), turned, gap[disc], threads=threads
-                ).rotation[0]
-            )
+        found, _ = rotations(drive, sign * loads[1:], turned, gap[disc], threads=threads)
+        alone[disc, 1:] = sign * found
         # Interfering flanks push each other apart without torque.
         alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
     points = alone.reshape(-1, *alone.shape[2:])
-    sums = np.stack(
-        [
-            sum(carried_torque(each, loads[:, None, None], point) for each in alone)
-            for point in points
-        ]
-    )
+    sums = np.asarray(sum(carried_torque(each, loads[:, None, None], points) for each in alone))
     return np.stack([crossing(points, sums, sums < whole, whole) for whole in wanted])

@@ -21,11 +21,11 @@ from lostmotion.laws.cycloid.contact import (
 from lostmotion.laws.cycloid.drive import (
     Drive,
     crank_angles_of_pitch,
-    crank_force,
+    crank_forces,
     interferes,
-    loaded_disc,
     nominal_gaps,
     rest_angle,
+    rotations,
 )
 from lostmotion.laws.cycloid.geometry import (
     first_contact_angle,
@@ -45,6 +45,7 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     zeros. Raises DidNotConvergeError where a load is beyond the contact law.
     """
     torque = np.asarray(torque, dtype=float)
+    each_disc = torque / drive.discs
     crank = crank_angles_of_pitch(drive)
     gap = nominal_gaps(drive, crank)
     with_bending = replace(drive, disc_body=None, ring_body=None)
@@ -53,14 +54,13 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     first = first_contact_angle(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
     interfering = interferes(drive, crank, gap)[:, 0]
 
-    def wound(loaded: Drive, each: float, *, rigid: bool) -> float:
-        start = np.where(
-            interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first
-        )
-        return float(
-            loaded_disc(loaded, each, crank, gap, rigid_eccentric=rigid).rotation.mean()
-            - start.mean()
-        )
+    def wound(loaded: Drive, *, rigid: bool) -> Floats:
+        turned, _ = rotations(loaded, each_disc, crank, gap, rigid_eccentric=rigid)
+        start = np.tile(first, (len(each_disc), 1))
+        for k, each in enumerate(each_disc.tolist() if interfering.any() else ()):
+            rest = rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0]
+            start[k, interfering] = rest[interfering]
+        return np.array([one.mean() - two.mean() for one, two in zip(turned, start, strict=True)])
 
     lobes = (
         "planet pins"
@@ -80,19 +80,25 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
             "eccentric shaft",
         )
     }
-    for k, each in enumerate(torque / drive.discs):
-        contact = wound(contacts_only, each, rigid=True)
-        bending = wound(with_bending, each, rigid=True) if drive.flanks.bending else contact
-        supported = wound(with_bending, each, rigid=False)
-        on_disc = wound(with_disc, each, rigid=False) if drive.disc_body else supported
-        out["lobe contacts"][k] = contact
-        out[lobes][k] = bending - contact
-        soft = 1 / drive.eccentric.bearing_stiffness(crank_force(with_bending, each))
+    contact = wound(contacts_only, rigid=True)
+    bending = wound(with_bending, rigid=True) if drive.flanks.bending else contact
+    supported = wound(with_bending, rigid=False)
+    on_disc = wound(with_disc, rigid=False) if drive.disc_body else supported
+    out["lobe contacts"][:] = contact
+    out[lobes][:] = bending - contact
+    out["disc body"][:] = on_disc - supported
+    if drive.ring_body:
+        out["ring body"][:] = wound(drive, rigid=False) - on_disc
+    forces = (
+        crank_forces(with_bending, tuple(each_disc.tolist()))
+        if drive.eccentric.elements
+        else np.zeros_like(torque)
+    )
+    for k, force in enumerate(forces):
+        soft = 1 / drive.eccentric.bearing_stiffness(force)
         share = soft / (soft + 1 / drive.eccentric.shaft) if soft else 0.0
-        out["eccentric bearing"][k] = (supported - bending) * share
-        out["eccentric shaft"][k] = (supported - bending) * (1 - share)
-        out["disc body"][k] = on_disc - supported
-        out["ring body"][k] = wound(drive, each, rigid=False) - on_disc if drive.ring_body else 0.0
+        out["eccentric bearing"][k] = (supported[k] - bending[k]) * share
+        out["eccentric shaft"][k] = (supported[k] - bending[k]) * (1 - share)
     if drive.output is not None:
         out["output pins"] = output_pin_wind_up(drive, torque, 1 / drive.output.stiffness)
     return out
