@@ -196,7 +196,7 @@ def test_a_nominal_90_percent_covers_86_to_94_in_500_studies(monkeypatch):
             *(pooled_robots_quantile(found.robot_means[:, :, k]) for k in range(3)),
         ]
 
-    truth = [each.value for each in estimates(1024, 16_000, 10**6)]
+    truth = [each.value for each in estimates(1024, 4_000, 10**6)]
     for room in (intervals, robot_intervals):
         monkeypatch.setattr(room, "CONFIDENCE", 0.90)
     covered = np.zeros(len(truth))

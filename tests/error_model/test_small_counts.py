@@ -36,7 +36,7 @@ VALIDATES = (
             "intervals where a play opens in 0.5 % of poses, and of a 99th percentile that the "
             "worst of 200 robots make"
         ),
-        "150 studies of 2 048 poses x 200 robots; four of 8 192 poses x 4 000 robots",
+        "150 studies of 2 048 poses x 200 robots; four of 8 192 poses x 1 000 robots",
         (
             "at least 90 % cover mean RP, RP's 95th percentile of robots, and the 95th and 99th "
             "percentiles of the error; by the variance alone 83 %"
@@ -184,7 +184,7 @@ def test_intervals_cover_where_few_robots_or_poses_make_the_figure():
             *quantiles,
         ], two_way(means).half
 
-    large = [sampled(8192, 4000, 777 + k) for k in range(4)]
+    large = [sampled(8192, 1000, 777 + k) for k in range(4)]
     counts = sum(each.replicate_hist.sum(axis=0) for each in large)
     robots = np.concatenate([shrunk_means(each.robot_means[:, :, 2]) for each in large])
     truth = [

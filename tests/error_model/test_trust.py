@@ -24,6 +24,8 @@ from lostmotion.mechanism.closed_composition import composed
 from lostmotion.mechanism.closed_trust import loosest, share_neglected
 from lostmotion.mechanism.holding import spread_evenly
 from lostmotion.mechanism.state import state_of
+from lostmotion.propagation import factor_metrics
+from lostmotion.propagation.iso9283 import cube
 from tests.mechanism.closed_chains import at, five_bar
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -159,6 +161,7 @@ def test_comparisons_targets_and_maps_exclude_poses_without_a_figure(tmp_path, m
     # the points a map is validated at are not asked about, and take most of its time
     monkeypatch.setattr(validation_points, "SAMPLED", 2048)
     monkeypatch.setattr(validation_points, "_POWER", 7)
+    monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 14)  # nor are the sizes of a target
     text = FIVE_BAR.read_text().replace("400 mm ± 30 µm", "300 mm ± 4 mm")
     (tmp_path / "vague.toml").write_text(text)
     (tmp_path / "loose.toml").write_text(text.replace("8 µm ± 4 µm", "2 mm ± 8 µm"))
@@ -274,10 +277,14 @@ ASKED = {
     "question",
     [pytest.param(each, marks=[pytest.mark.slow] * (each in SLOWLY)) for each in ASKED],
 )
-def test_plays_too_large_for_the_shape_of_a_chain_are_refused(question, too_loose, tmp_path):
+def test_plays_too_large_for_the_shape_of_a_chain_are_refused(
+    question, too_loose, tmp_path, monkeypatch
+):
     """Pins of 20 mm play turn a five-bar into another one: no question has a figure, and the
     remedy is a smaller play, not another pose.
     """
+    # the poses among which the start for the cube of ISO 9283 is found, before it is refused
+    monkeypatch.setattr(cube, "SAMPLES", 1024)
     name, ask = ASKED[question]
     with pytest.raises(InputError, match="first order neglects more than 10 %") as refused:
         ask(too_loose / f"{name}.toml", tmp_path / "run")

@@ -83,6 +83,8 @@ class EvidenceChoices:
         self.noise = 1e-4 if asked.noise is None else asked.noise
         self.released: list[Release] = []
         self.gains: dict[tuple[int, float], float] = {}
+        # the best noise and its evidence by the prior variances, for the rows of one step
+        self._noises: dict[bytes, tuple[float, float]] = {}
         self.order = np.array([_order(model, k) for k in range(self.draws)], dtype=int)
         self.orders, self.amplitude, self.scale = 0, 1.0, 1.0
         if asked.harmonics:
@@ -159,7 +161,7 @@ class EvidenceChoices:
 
     def tune_noise(self, normal: Callable[[float], evidence.NormalEquations]) -> bool:
         """Choose the noise alone; as `choose`."""
-        self.normal = normal
+        self.normal, self._noises = normal, {}
         if self.asked.noise is not None:
             return False
         before = self.noise
@@ -170,6 +172,12 @@ class EvidenceChoices:
         """Return the noise of the largest evidence, and that."""
         if self.asked.noise is not None:
             return self.noise, evidence.log_evidence(self.normal(self.noise), variances)
+        key = variances.tobytes()  # the same variances return when a release is tried and adopted
+        if key not in self._noises:
+            self._noises[key] = self._searched_noise(variances)
+        return self._noises[key]
+
+    def _searched_noise(self, variances: Floats) -> tuple[float, float]:
         from scipy.optimize import minimize_scalar
 
         def cost(logarithm: float) -> float:

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 _SAMPLES: Final = 1 << 18
 _FEWEST_REPEATS: Final = 16
+# Bytes of draws that a metric keeps: those of 64 streams, of an arm of five joints all.
+_KEPT: Final = 1 << 27
 # RP is recomputed for every factor: at this many poses, for this many robots.
 _RP_POSES: Final = 256
 _RP_ROBOTS: Final = 400
@@ -79,9 +81,10 @@ class ErrorMetric:
     def __init__(
         self, matrix: PoseMatrix, replicates: int, share: float, target: float, seed: int
     ) -> None:
-        """Set the number of samples; draws are repeated when needed, because storing all of them
-        would take too much memory.
+        """Set the number of samples; draws beyond the first ones are repeated when needed, because
+        storing all of them would take too much memory.
         """
+        self._draws: dict[tuple[str, Stream], Floats] = {}
         self.matrix, self.share, self.target, self.seed = matrix, share, target, seed
         poses = len(matrix.tool)
         repeats = max(_FEWEST_REPEATS, -(-_SAMPLES // poses))
@@ -110,7 +113,16 @@ class ErrorMetric:
             np.einsum("prc,prc->pr", one, other)
             for one, other in ((rest, rest), (rest, own), (own, own))
         )
-        return lambda factor: self._excess(a + factor * (2 * b + factor * c), self.target)
+        b *= 2
+        squares = np.empty_like(a)
+
+        def excess(factor: float) -> Excess:
+            np.multiply(c, factor, out=squares)
+            np.add(b, squares, out=squares)
+            np.multiply(squares, factor, out=squares)
+            return self._excess(np.add(a, squares, out=squares), self.target)
+
+        return excess
 
     def without(self, columns: tuple[int, ...]) -> Estimate:
         """Return the error quantile, m, where these terms are zero."""
@@ -139,6 +151,7 @@ class ErrorMetric:
         """
         matrix = self.matrix
         out = np.zeros((3, len(matrix.tool), self.repeats))
+        added = np.empty(out.shape[1:])
         for column, factor in factors.items():
             shift = matrix.tool[:, 3:, column] * factor
             if shift.any():
@@ -146,22 +159,28 @@ class ErrorMetric:
                 size = np.ones((1, 1))
                 for level, stream in (("robot", info.robot), ("visit", info.visit)):
                     if stream is not None:
-                        size = size * self._drawn(level, stream)
+                        drawn = self._drawn(level, stream)
+                        size = drawn if size.size == 1 else size * drawn
                 if info.closing is not None:
                     size = size * standardised(
                         self._uniforms("robot", info.closing.stream),
                         matrix.closed[info.closing.row, :, None],
                     )
-                for axis in range(3):
-                    out[axis] += size * shift[:, axis, None]
+                for axis in np.flatnonzero(shift.any(axis=0)):
+                    out[axis] += np.multiply(size, shift[:, axis, None], out=added)
         return out.transpose(1, 2, 0)
 
     def _drawn(self, level: str, stream: Stream) -> Floats:
         """Return the draws of a stream (pose, repeat)."""
         correlated = self._correlated.get(stream.name) if level == "robot" else None
-        if correlated is None:
-            return np.asarray(stream.law.quantile(self._uniforms(level, stream)))
-        return correlated
+        if correlated is not None:
+            return correlated
+        drawn = self._draws.get((level, stream))
+        if drawn is None:
+            drawn = np.asarray(stream.law.quantile(self._uniforms(level, stream)))
+            if (len(self._draws) + 1) * drawn.nbytes <= _KEPT:
+                self._draws[level, stream] = drawn
+        return drawn
 
     @functools.cached_property
     def _correlated(self) -> dict[str, Floats]:

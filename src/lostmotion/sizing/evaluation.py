@@ -93,6 +93,8 @@ class Evaluator:
         self.load_q = np.vstack([q, corners(arm, _MOST_CORNERS)])
         self.evaluations: dict[Choice, Evaluation] = {}
         self._errors: dict[Choice, float] = {}
+        # of the selection evaluated last, whose error is often the next that is asked for
+        self._sums: tuple[Choice, Floats] | None = None
         self._joints: dict[tuple[str, tuple[tuple[int, int], ...]], Joint] = {}
         self._torques: dict[tuple[tuple[float, ...], ...], Floats] = {}
         self._deflections: dict[tuple[object, ...], float] = {}
@@ -129,7 +131,8 @@ class Evaluator:
             mass, price = sum(each.mass for each in parts), sum(each.price for each in parts)
             try:
                 arm = self.arm_with(choice)
-                rms = math.sqrt(mean_square(self.cache.of(arm)))
+                self._sums = choice, self.cache.of(arm)
+                rms = math.sqrt(mean_square(self._sums[1]))
                 violation = self._violation(arm, choice)
             except LostmotionError:
                 rms = violation = math.inf
@@ -144,12 +147,16 @@ class Evaluator:
         scatter between visits.
         """
         if choice not in self._errors:
-            rms = self.evaluate(choice).rms
-            self._errors[choice] = (
-                error_at(self.cache.of(self.arm_with(choice)), LEVEL)
-                if math.isfinite(rms)
-                else math.inf
-            )
+            error = math.inf
+            if math.isfinite(self.evaluate(choice).rms):
+                last = self._sums
+                sums = (
+                    last[1]
+                    if last is not None and last[0] == choice
+                    else self.cache.of(self.arm_with(choice))
+                )
+                error = error_at(sums, LEVEL)
+            self._errors[choice] = error
         return self._errors[choice]
 
     def meets(self, choice: Choice, target: float) -> bool:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing import command
+from lostmotion.analyses.sizing import command, selection
 from lostmotion.analyses.sizing.page.plots import selection_plots
 from lostmotion.analyses.sizing.selection import StudySize, select_parts
 from lostmotion.error_model.intervals import pooled_quantile
@@ -189,8 +189,8 @@ def test_the_sheet_agrees_with_the_selected_arm(found):
     """Masses, prices, errors and torques on the sheet are those of the arm, and every plot belongs
     to a section.
     """
-    selection = dataclasses.replace(found, notes=("a note",))
-    sheet = selection.sheet
+    noted = dataclasses.replace(found, notes=("a note",))
+    sheet = noted.sheet
     gearbox = row_at(sheet.sections, "parts", "A_gearbox")
     assert gearbox.cells[0].as_shown == 3.0
     assert gearbox.cells[1].as_shown == next(
@@ -210,7 +210,7 @@ def test_the_sheet_agrees_with_the_selected_arm(found):
     assert {plot.section for plot in selection_plots(found)} <= {
         section.key for section in sheet.sections
     }
-    json.dumps(selection.result(), allow_nan=False)
+    json.dumps(noted.result(), allow_nan=False)
 
 
 def test_the_selected_arm_reads_back_with_the_printed_error(found, tmp_path):
@@ -281,11 +281,11 @@ def test_a_target_out_of_reach_is_reported_with_the_largest_effect(tmp_path):
     stated_request = asked(tmp_path, OFFER, arm, target="0.2 mm")
     found = found_for(stated_request, arm, stated_request.plan.target)
     assert not found.meets_target
-    selection = dataclasses.replace(found, source=Z_ARM)
-    assert "No selection meets the target of 0.2 mm" in selection.sheet.verdict
-    assert "Largest effect: joints." in selection.sheet.verdict
+    reached = dataclasses.replace(found, source=Z_ARM)
+    assert "No selection meets the target of 0.2 mm" in reached.sheet.verdict
+    assert "Largest effect: joints." in reached.sheet.verdict
     assert found.trade_off[0].target > found.target
-    folder = selection.report(tmp_path / "out")
+    folder = reached.report(tmp_path / "out")
     assert sorted(path.name for path in folder.iterdir()) == ["report.html", "result.json"]
 
 
@@ -577,6 +577,8 @@ def test_a_target_works_out_of_the_box(tmp_path, monkeypatch):
     """
     for name, count in (("POSES", 512), ("ROBOTS", 200), ("VISITS", 5)):
         monkeypatch.setattr(command, f"DEFAULT_{name}", count)
+    # the targets beside the stated one are another test's
+    monkeypatch.setattr(selection, "SCALES", (0.9, 1.25))
     done = ran(Z_ARM, "--target", "1.2 mm", "--poses", 16, "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "sized.toml\n" in done.stdout

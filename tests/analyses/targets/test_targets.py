@@ -302,14 +302,18 @@ def edited(tmp_path, old, new, source="z-arm.toml", count=1):
 
 @pytest.fixture(scope="module")
 def found_z():
-    """Return two targets of the paper's arm: one that is met as stated, one that is not."""
+    """Return two targets of the paper's arm: one that is met as stated, one that is not. Solved on
+    a quarter of the samples; the Monte Carlo studies that verify them are whole.
+    """
     arm = read(EXAMPLES / "z-arm.toml")
-    return {
-        target: targets(
-            arm, sample_poses(arm, 256), "error", target, robots=256, visits=4, threads=2
-        )
-        for target in (1.4e-3, 1.15e-3)
-    }
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(metrics, "_SAMPLES", 1 << 16)
+        return {
+            target: targets(
+                arm, sample_poses(arm, 256), "error", target, robots=256, visits=4, threads=2
+            )
+            for target in (1.4e-3, 1.15e-3)
+        }
 
 
 @pytest.mark.slow
