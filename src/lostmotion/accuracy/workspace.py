@@ -10,8 +10,11 @@ import numpy as np
 from lostmotion.error_model.poses import PoseLaw, sample_poses
 from lostmotion.mechanism.assembly import affordable
 from lostmotion.mechanism.state import tool_points
+from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -63,17 +66,32 @@ def workspace(
     count = samples or affordable(
         arm, min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.driven)).bit_length() - 1)
     )
+    if arm.closures:
+        return _sampled(arm, law, count, seed)
+    places = (arm.tree.places[k] for k in arm.tree.tool_path)
+    geometry = tuple((each.joint, each.pose.tobytes(), each.twist.tobytes()) for each in places)
+    return _RECENT.of(
+        (geometry, arm.limits.tobytes(), law, count, seed), lambda: _sampled(arm, law, count, seed)
+    )
+
+
+# Arms that differ in their parts alone have one workspace.
+_RECENT: Final = Recent[Workspace](32 << 20, lambda kept: kept.points.nbytes)
+
+
+def _sampled(arm: Arm, law: PoseLaw, count: int, seed: int) -> Workspace:
     points = tool_points(arm, sample_poses(arm, count, law, seed).q)
-    distance = np.linalg.norm(points, axis=1)
-    low, high = points.min(axis=0), points.max(axis=0)
+    along = np.ascontiguousarray(points.T)  # one axis after the other in memory
+    distance = np.linalg.norm(along, axis=0)
+    low, high = along.min(axis=1), along.max(axis=1)
     inner, outer, cell = (
-        _volume(points, low, high) if len(arm.driven) >= _DIMENSIONS else (0.0, 0.0, 0.0)
+        _volume(along, low, high) if len(arm.driven) >= _DIMENSIONS else (0.0, 0.0, 0.0)
     )
     return Workspace(
         points,
         law,
         float(distance.max()),
-        float(np.linalg.norm(points[:, :2], axis=1).max()),
+        float(np.linalg.norm(along[:2], axis=0).max()),
         float(distance.min()),
         low,
         high,
@@ -84,29 +102,30 @@ def workspace(
     )
 
 
-def _volume(points: Floats, low: Floats, high: Floats) -> tuple[float, float, float]:
-    """Count cells of the finest grid that the sample fills: those with all 26 neighbours visited,
-    and all visited (single holes closed).
+def _volume(along: Floats, low: Floats, high: Floats) -> tuple[float, float, float]:
+    """Count cells of the finest grid that the sample (3, pose) fills: those with all 26 neighbours
+    visited, and all visited (single holes closed).
 
     For a smooth boundary the first falls short by about as much as the second exceeds, so the
     volume lies between and near the middle.
     """
-    from scipy.ndimage import binary_closing, binary_erosion
-
     extent = high - low
     longest = float(extent.max())
     if longest == 0 or float(extent.min()) < 1e-6 * longest:
         return 0.0, 0.0, 0.0
-    cube = np.ones((3, 3, 3), bool)
     for cells in _GRIDS:
         edge = longest / cells
         shape = np.maximum(np.ceil(extent / edge).astype(int), 1) + 4
+        number = np.zeros(along.shape[1], dtype=int)
+        for part, start, size in zip(along, low, shape.tolist(), strict=True):
+            number *= size
+            number += np.minimum(((part - start) / edge).astype(int), size - 5) + 2
         visited = np.zeros(shape, bool)
-        visited[tuple((np.minimum(((points - low) / edge).astype(int), shape - 5) + 2).T)] = True
-        closed = binary_closing(visited, cube)
+        visited.ravel()[number] = True
+        closed = _near(_near(visited, np.logical_or), np.logical_and)
         if np.count_nonzero(closed & ~visited) <= _MOST_HOLES * np.count_nonzero(closed):
             break
-    inside = binary_erosion(closed, cube)
+    inside = _near(closed, np.logical_and)
     if not inside.any():
         return 0.0, 0.0, 0.0  # nowhere thicker than the grid: a surface
     return (
@@ -114,3 +133,13 @@ def _volume(points: Floats, low: Floats, high: Floats) -> tuple[float, float, fl
         float(np.count_nonzero(closed)) * edge**3,
         edge,
     )
+
+
+def _near(cells: NDArray[np.bool_], joined: np.ufunc) -> NDArray[np.bool_]:
+    """Return cells joined with their 26 neighbours, axis by axis; none at the edges of the grid."""
+    for axis in range(cells.ndim):
+        out = np.zeros_like(cells)
+        old, new = np.moveaxis(cells, axis, 0), np.moveaxis(out, axis, 0)
+        joined(joined(old[:-2], old[1:-1]), old[2:], out=new[1:-1])
+        cells = out
+    return cells

@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.spatial import combined, inverse, motion
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
@@ -49,35 +49,45 @@ def tool_point(tree: Tree, q: Floats) -> Floats:
     """
     out = np.empty((len(q), 3))
     for first in range(0, len(q), _BLOCK):
-        out[first : first + _BLOCK] = np.stack(_tool_point(tree, q[first : first + _BLOCK]), axis=1)
+        here = slice(first, first + _BLOCK)
+        out[here, 0], out[here, 1], out[here, 2] = _tool_point(tree, q[here])
     return out
 
 
-def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
+def _tool_point(tree: Tree, q: Floats) -> list[Floats]:
     """Return x, y and z (pose,) of the tool point, place by place from the tool to the base.
     Rotations by Rodrigues' formula.
     """
-    x = y = z = np.zeros(len(q))
+    point: list[Floats] = [np.zeros(len(q))] * 3
     for number in reversed(tree.tool_path[1:]):
         place = tree.places[number]
         if place.joint is None:
-            x, y, z = (a * x + b * y + c * z + shift for a, b, c, shift in place.pose[:3].tolist())
+            point = [_weighted(row, (*point, 1.0)) for row in place.pose[:3].tolist()]
             continue
-        value, (a, b, c) = q[:, place.joint], place.twist[:3, 0].tolist()
-        if a or b or c:
+        value, axis = q[:, place.joint], place.twist[:3, 0].tolist()
+        if any(axis):
             cos, sin = np.cos(value), np.sin(value)
-            along = (1 - cos) * (a * x + b * y + c * z)
-            x, y, z = (
-                cos * x + sin * (b * z - c * y) + along * a,
-                cos * y + sin * (c * x - a * z) + along * b,
-                cos * z + sin * (a * y - b * x) + along * c,
-            )
+            along = (1 - cos) * _weighted(axis, point)
+            turned = []
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+                across = sin * _weighted((axis[j], -axis[k]), (point[k], point[j]))
+                turns = float(bool(axis[j] or axis[k]))
+                turned.append(_weighted((1.0, turns, axis[i]), (cos * point[i], across, along)))
+            point = turned
         else:
-            x, y, z = (
-                each + value * slide
-                for each, slide in zip((x, y, z), place.twist[3:, 0].tolist(), strict=True)
-            )
-    return x, y, z
+            slide = place.twist[3:, 0].tolist()
+            point = [_weighted((1.0, way), (p, value)) for p, way in zip(point, slide, strict=True)]
+    return point
+
+
+def _weighted(weights: Sequence[float], parts: Sequence[Floats | float]) -> Floats:
+    """Return the sum of parts times weights, in order. Most weights are 0 or 1: no products."""
+    out: Floats | float = 0.0
+    for weight, part in zip(weights, parts, strict=True):
+        if weight:
+            term = part if weight == 1 else weight * part
+            out = term if isinstance(out, float) else out + term
+    return np.asarray(out)
 
 
 def steps_between(at: Floats) -> Floats:
