@@ -91,7 +91,7 @@ class FlexibilityFiles:
         )
 
     def _delete_oldest(self) -> None:
-        # the folder's own entries say which are files, without a look at each of them
+        # entries of the folder know which are files, without asking the disk about each
         with os.scandir(self._folder) as entries:
             files = [each for each in entries if each.is_file()]
         if len(files) >= _MOST:

@@ -155,7 +155,7 @@ def _moved(
     wanted = np.tile(cube.poses[0], (len(rows), 1, 1))
     wanted[:, :3, :3] = motion[:, :3, :3] @ wanted[:, :3, :3]
     wanted[:, :3, 3] += motion[:, :3, 3]
-    # what a step reaches at all it reaches soon: some six iterations, for every example
+    # a step that is reached takes at most six iterations, for every example
     q, reached = inverse_kinematics(
         arm, wanted, start, with_orientation=cube.rotation is not None, steps=STEPS
     )
