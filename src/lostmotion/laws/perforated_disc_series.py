@@ -163,16 +163,20 @@ def _columns(
         conjugate.append((-z * g1.conj(), normal * g1.conj() - normal.conj() * z * g2.conj()))
         conjugate.append((-g.conj(), -normal.conj() * g1.conj()))
 
+    # powers are slow: each is computed once, and the later ones serve the derivatives too
     n = np.arange(1, edges[0].terms + 2)
+    powers = z ** np.arange(edges[0].terms + 2)
     # the constant moves the disc as a whole
     direct.append((np.ones_like(z), np.zeros_like(z)))
     conjugate.append((np.zeros_like(z), np.zeros_like(z)))
-    potentials(z**n, n * z ** (n - 1), n * (n - 1) * z ** np.maximum(n - 2, 0))
+    potentials(powers[:, n], n * powers[:, n - 1], n * (n - 1) * powers[:, np.maximum(n - 2, 0)])
     for edge in edges[1:]:
         n, away = np.arange(1, edge.terms + 1), z - edge.centre
-        w = edge.radius / away
+        powers = (edge.radius / away) ** np.arange(1, edge.terms + 3)
         potentials(
-            w**n, -n / edge.radius * w ** (n + 1), n * (n + 1) / edge.radius**2 * w ** (n + 2)
+            powers[:, :-2],
+            -n / edge.radius * powers[:, 1:-1],
+            n * (n + 1) / edge.radius**2 * powers[:, 2:],
         )
         # logarithms for the resultant force; their angles cancel in the displacement
         one = 1 / away.conj()

@@ -66,6 +66,7 @@ class EnvelopeContact:
     areas: Floats
 
 
+@functools.lru_cache(maxsize=64)
 def johnson_depth(stage: Stage) -> float:
     """Return the depth d = 2 Req/exp(1), m, with which a contact approaches as by Johnson's law, of
     the mean contact.

@@ -193,6 +193,14 @@ def _radial_kernel(bore: Annulus) -> tuple[Floats, Floats]:
     each = edge_compliance(bore, _POINTS - 1)
     radial = each.sum(axis=(1, 2)) / 2
     radial[0] = each[0, 0, 0] / 2
-    angle = (np.arange(_POINTS) + 0.5) * math.pi / _POINTS
-    modes = np.cos(angle[:, None] * np.arange(_POINTS))
+    angle, modes = _modes()
     return np.cos(angle), (modes * (2 / _POINTS * radial)) @ modes.T
+
+
+@functools.cache
+def _modes() -> tuple[Floats, Floats]:
+    """Return the angles (point,), rad, around half of the bore and the cosines (point, harmonic) of
+    their multiples.
+    """
+    angle = (np.arange(_POINTS) + 0.5) * math.pi / _POINTS
+    return angle, np.cos(angle[:, None] * np.arange(_POINTS))
