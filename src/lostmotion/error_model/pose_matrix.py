@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.columns import Column, Groups, Key
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.calibration import Correlations
+    from lostmotion.mechanism.conditions import Conditions
     from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.mechanism.state import State
     from lostmotion.parts.term import Form, Threshold
@@ -312,7 +313,7 @@ class Columns:
         command, and the other columns of a soft arm change the loads (`settled_columns`).
         """
         closed = np.empty((self._rows, len(state)))
-        local = self.local(state, self._last_motion, closed)
+        local = self.local(state, state.conditions(), self._last_motion, closed)
         tool = moved_tool(state, self._place, local, self._settles)
         return PoseMatrix(
             self.infos,
@@ -330,7 +331,14 @@ class Columns:
         )
 
     def local(
-        self, state: State, last_motion: Floats, closed: Floats, *, loads_alone: bool = False
+        self,
+        state: State,
+        conditions: Conditions,
+        last_motion: Floats,
+        closed: Floats,
+        *,
+        loads_alone: bool = False,
+        play: bool = True,
     ) -> Floats:
         """Return the screw of each column at its place per unit draw (6, column, pose), rad and m,
         and write the shares of closed plays (row, pose) to `closed`.
@@ -338,15 +346,15 @@ class Columns:
         last_motion  sign of each joint's last motion, one for all or (pose, joint)
         loads_alone  compute only columns that depend on loads, with the shares in `closed` as they
                      are; the others (`fixed`) have no value
+        play         compute also those that a load moves within a play (`jumps`)
         """
-        conditions = state.conditions()
         done: set[int] = set(range(self._rows)) if loads_alone else set()
         # The pose is the innermost axis in memory, since every loop below runs along it.
         local = np.empty((6, len(self.infos), len(state)))
         for family in self._families:
             of, row = family.of, family.row
             form = of.term.form
-            if loads_alone and LOADS.isdisjoint(form.reads):
+            if (loads_alone and LOADS.isdisjoint(form.reads)) or (form.jumps and not play):
                 continue
             condition = conditions(of)
             if row is not None and form.threshold is not None and row not in done:

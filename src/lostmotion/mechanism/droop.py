@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.mechanism.equilibrium import displacement
 from lostmotion.mechanism.even_poses import even_poses
-from lostmotion.mechanism.state import states_of
+from lostmotion.mechanism.state import BLOCK, states_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,7 +38,9 @@ def droop(arm: Arm) -> Droop:
     poses where it stands.
     """
     found, falls_at = [], []
-    for _, state in states_of(arm, even_poses(arm)[::_EACH]):
+    poses = even_poses(arm)[::_EACH]
+    # the steps of a soft arm take nearly the same time for any number of poses
+    for _, state in states_of(arm, poses, len(poses) if arm.soft_freedoms else BLOCK):
         settled = state.settled().equilibrium
         if settled is None:  # of first order
             found.append(state.sag.T)

@@ -61,9 +61,13 @@ class Deflection(Protocol):
         """Return the freedoms of the tangent; none for an arm so stiff that it needs none."""
         ...
 
-    def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    def twists(
+        self, frames: Floats, rows: NDArray[np.int64], *, play: bool = True
+    ) -> tuple[Floats, Floats]:
         """Return the twists (place, pose, 6) of all parts without those of plays that a load
         closes, and the latter, at the poses in these rows, for frames (place, pose, 4, 4).
+
+        play  compute the latter; else they are zero
         """
         ...
 
@@ -123,15 +127,14 @@ class ElasticChain:
         """Return the frames (place, pose, 4, 4) at the poses in these rows, with every place
         displaced by its twist (place, pose, 6) in its own axes.
         """
-        out = np.empty((len(self._parents), *self._base[rows].shape))
-        out[0], steps = self._base[rows], np.array(self._steps[:, rows])
+        base = self._base[rows]
+        out = np.empty((len(self._parents), *base.shape))
         moved = np.flatnonzero(twists.any(axis=(1, 2)))
-        own = exp(twists[moved])
-        if 0 in moved:
-            out[0], moved, own = out[0] @ own[0], moved[1:], own[1:]
-        steps[moved - 1] = steps[moved - 1] @ own
+        own = dict(zip(moved.tolist(), exp(twists[moved]), strict=True))
+        out[0] = base @ own[0] if 0 in own else base
         for k, parent in enumerate(self._parents[1:], start=1):
-            out[k] = out[parent] @ steps[k - 1]
+            step = self._steps[k - 1, rows]
+            np.matmul(out[parent], step @ own[k] if k in own else step, out=out[k])
         return out
 
 
@@ -152,7 +155,7 @@ def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
         found.by_newton(np.concatenate([slow, fell]))
     else:
         found.falls_at[slow] = found.weakest(slow)
-    stands = found.frames(np.arange(frames.shape[1])).copy()
+    stands = found.frames(np.arange(frames.shape[1]))
     stands[:, found.falls_at >= 0] = np.nan
     return Equilibrium(
         frames, stands, found.twists, found.contraction, found.rounds, found.falls_at
@@ -187,7 +190,7 @@ class _Settling:
         here = np.arange(len(self.rounds))
         slow, before = [], np.full(len(here), np.nan)
         for number in range(_ROUNDS):
-            new = self._deflected(here, play=number < _PLAY_ROUNDS)
+            new = self._deflected(here, self.frames(here), play=number < _PLAY_ROUNDS)
             step = self._size(new - self.twists[:, here], here)
             self.twists[:, here] = new
             counts = step > _ROUNDING * self.chain.length[here]
@@ -245,9 +248,10 @@ class _Settling:
         for number in range(_NEWTON_STEPS):
             on = np.flatnonzero(open_)
             here, part = rows[on], share[on]
-            rest = part[:, None] * self._deflected(here, play=number < _PLAY_ROUNDS)
+            frames = self.frames(here)
+            rest = part[:, None] * self._deflected(here, frames, play=number < _PLAY_ROUNDS)
             rest -= self.twists[:, here]
-            tangent, _ = self._deflection.tangent(self.frames(here), here)
+            tangent, _ = self._deflection.tangent(frames, here)
             matrix = (1 + _ROUNDING) * np.eye(len(places)) - part[:, None, None] * tangent
             step = rest.copy()
             # the rounding keeps it from being singular, but for tangents beyond 1/_ROUNDING: there
@@ -304,8 +308,8 @@ class _Settling:
         """Return the place that turns most at each of these poses."""
         return np.asarray(np.abs(self.twists[:, rows, :3]).sum(axis=2).argmax(axis=0))
 
-    def _deflected(self, rows: NDArray[np.int64], *, play: bool) -> Floats:
-        smooth, in_play = self._deflection.twists(self.frames(rows), rows)
+    def _deflected(self, rows: NDArray[np.int64], frames: Floats, *, play: bool) -> Floats:
+        smooth, in_play = self._deflection.twists(frames, rows, play=play)
         self.rounds[rows] += 1
         if play:
             self._in_play[:, rows] = in_play
@@ -313,11 +317,14 @@ class _Settling:
 
     def frames(self, rows: NDArray[np.int64]) -> Floats:
         """Return the frames at these poses; those of the command where nothing deflects."""
-        twists, command = self.twists[:, rows], self._command[:, rows]
+        twists = self.twists[:, rows]
         still = np.asarray(~twists.any(axis=(0, 2)))
         if still.all():
-            return command
-        return np.where(still[:, None, None], command, self.chain.displaced(twists, rows))
+            return np.array(self._command[:, rows])
+        out = self.chain.displaced(twists, rows)
+        if still.any():
+            out[:, still] = self._command[:, rows[still]]
+        return out
 
     def _size(self, twists: Floats, rows: NDArray[np.int64]) -> Floats:
         """Return the sum of the sizes of twists (place, pose, 6), m: turns times the arm's

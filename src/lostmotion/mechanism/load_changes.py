@@ -8,25 +8,27 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lostmotion.mechanism.conditions import Conditions
 from lostmotion.mechanism.load_gradient import load_gradient
 from lostmotion.parts.forms import Linear
+from lostmotion.parts.term import LOADS
 from lostmotion.spatial import cross
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
-    from lostmotion.mechanism.conditions import Stands
+    from lostmotion.mechanism.conditions import Conditions, Stands
     from lostmotion.mechanism.load_gradient import Freedom
     from lostmotion.spatial import Floats
 
 
-def tangent(state: Stands, freedoms: Sequence[Freedom]) -> tuple[Floats, Floats]:
+def tangent(
+    state: Stands, conditions: Conditions, freedoms: Sequence[Freedom]
+) -> tuple[Floats, Floats]:
     """Return the change of the deflections of these freedoms per displacement of each of them
     (pose, freedom, freedom), and their compliances (pose, freedom). The largest eigenvalue is the
     share of the stiffness that the loads take away.
     """
-    springs = loaded_places(state)
+    springs = loaded_places(state, conditions, {each.place for each in freedoms})
     at = [springs.places.index(each.place) for each in freedoms]
     components = [each.component for each in freedoms]
     change = changes(state, springs, freedoms)
@@ -51,15 +53,21 @@ class LoadedPlaces(NamedTuple):
     own_weight: Floats
 
 
-def loaded_places(state: Stands) -> LoadedPlaces:
-    """Return what deflects under load in a state."""
+def loaded_places(
+    state: Stands, conditions: Conditions, among: Collection[int] | None = None
+) -> LoadedPlaces:
+    """Return what deflects under load in a state of these conditions, at all places or at those
+    `among` them that the caller names.
+    """
     count = len(state.frames)
     whole, weights = np.zeros((2, count, len(state), 6, 6))
-    own_weight, conditions = np.zeros((count, 6, 3)), Conditions(state)
+    own_weight = np.zeros((count, 6, 3))
     acting = set()
     for placed in (each for each in state.arm.terms if each.term.level == "design"):
         form, k = placed.term.form, placed.place
-        if not {"wrench", "weight", "gravity"}.isdisjoint(form.reads) and not form.jumps:
+        if among is not None and k not in among:
+            continue
+        if not LOADS.isdisjoint(form.reads) and not form.jumps:
             own = placed.term.scale * form.compliance(conditions(placed))
             whole[k] += own
             if "weight" in form.reads:
@@ -77,11 +85,11 @@ def changes(state: Stands, springs: LoadedPlaces, freedoms: Sequence[Freedom]) -
     """
     arm, at, gravity = state.arm, state.frames, state.gravity
     rows = list(springs.places)
-    wrenches = load_gradient(arm.tree, at, arm.payload, gravity, freedoms)[rows]
+    wrenches = load_gradient(arm.tree, at, arm.payload, gravity, freedoms, rows)
     out = springs.whole @ wrenches
     payload = arm.payload
     if springs.weights.any() and (any(payload.force) or any(payload.moment)):
-        process = load_gradient(arm.tree, at, payload, np.zeros(3), freedoms)[rows]
+        process = load_gradient(arm.tree, at, payload, np.zeros(3), freedoms, rows)
         out -= springs.weights @ process
     for n, k in enumerate(rows):
         if not springs.own_weight[n].any():

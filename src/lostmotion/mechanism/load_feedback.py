@@ -70,7 +70,7 @@ def forget_carries() -> None:
 
 def _carries(state: State, places: NDArray[np.int64]) -> list[Floats]:
     """Return the twist of the tool per error at each of these places: (6, pose, 6) each."""
-    springs = loaded_places(state)
+    springs = loaded_places(state, state.conditions())
     acting = np.array(springs.places, dtype=int)
     every = np.union1d(acting, places)
     found = state.equilibrium

@@ -99,12 +99,18 @@ def _largest_compliances(places: int, springs: Sequence[PlacedTerm]) -> Floats:
 
 
 def load_gradient(
-    tree: Tree, at: Floats, payload: Payload, gravity: Floats, freedoms: Sequence[Freedom]
+    tree: Tree,
+    at: Floats,
+    payload: Payload,
+    gravity: Floats,
+    freedoms: Sequence[Freedom],
+    places: Sequence[int] | None = None,
 ) -> Floats:
     """Return the change of the wrench on each place (place, pose, 6, freedom), in its own axes, per
     displacement of each freedom, N m and N per rad and m.
 
-    at  (place, pose, 4, 4) frames of the places, m; other arguments as `place_wrenches`
+    at      (place, pose, 4, 4) frames of the places, m; other arguments as `place_wrenches`
+    places  those whose wrenches are returned; by default all
 
     A displacement at a place, or inboard of it, turns the place under the weights; one outboard of
     it moves the weights themselves. The process force and moment turn with the tool.
@@ -115,7 +121,8 @@ def load_gradient(
     points = [at[each.at][:, :3, 3] + out_of(at[each.at], each.centre) for each in weights]
     force, moment = (out_of(at[-1], np.array(each)) for each in (payload.force, payload.moment))
     outboard = [tree.outboard(k) for k in range(len(at))]
-    out = np.zeros((len(at), poses, 6, len(freedoms)))
+    wanted = range(len(at)) if places is None else places
+    out = np.zeros((len(wanted), poses, 6, len(freedoms)))
 
     def moments_of(k: int, members: Sequence[int]) -> tuple[float, Floats]:
         """Return the mass of these weights, and its first moment about place k."""
@@ -127,11 +134,14 @@ def load_gradient(
 
     # of each place what loads it, and what moves with it
     loading, moving = (
-        [
-            moments_of(k, [w for w, carrier in enumerate(carriers) if carrier in outboard[k]])
-            for k in range(len(at))
-        ]
-        for carriers in ([each.on for each in weights], [each.at for each in weights])
+        {
+            k: moments_of(k, [w for w, carrier in enumerate(carriers) if carrier in outboard[k]])
+            for k in here
+        }
+        for carriers, here in (
+            ([each.on for each in weights], wanted),
+            ([each.at for each in weights], {each.place for each in freedoms}),
+        )
     )
     for place, group in itertools.groupby(enumerate(freedoms), lambda each: each[1].place):
         numbers, components = zip(*((j, each.component) for j, each in group), strict=True)
@@ -147,7 +157,9 @@ def load_gradient(
         moved *= tool in outboard[place]
         mass, first = moving[place]
         moved += cross(cross(turn, first) + mass * shift, gravity[None])
-        for k in (k for k in range(len(at)) if k in outboard[place] or place in outboard[k]):
+        for n, k in enumerate(wanted):
+            if not (k in outboard[place] or place in outboard[k]):
+                continue
             if k in outboard[place]:
                 mass, first = loading[k]
                 changes = -cross(first, falls), -mass * falls
@@ -156,5 +168,5 @@ def load_gradient(
             change = np.stack(changes)
             local = sum(at[k][:, j, :3] * change[..., j, None] for j in range(3))
             own = slice(numbers[0], numbers[-1] + 1)
-            out[k, :, :, own] = local.transpose(2, 0, 3, 1).reshape(poses, 6, len(numbers))
+            out[n, :, :, own] = local.transpose(2, 0, 3, 1).reshape(poses, 6, len(numbers))
     return out

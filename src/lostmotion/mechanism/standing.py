@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -38,7 +39,28 @@ def settled_at(arm: Arm, q: Floats) -> State:
     m: `State.settled`, of which the last ones are kept. Errors as `state_of`.
     """
     values = as_poses(arm, q)
-    return _RECENT.of((id(arm), values.tobytes()), lambda: state_of(arm, values).settled())
+    return _RECENT.of((id(arm), values.tobytes()), lambda: _settled(arm, values))
+
+
+# Of soft arms, whose settling takes most of the time of a study: the kept state with each pose.
+_WITH_POSE: Final[WeakValueDictionary[tuple[int, bytes], State]] = WeakValueDictionary()
+
+
+def _settled(arm: Arm, values: Floats) -> State:
+    """Return `settled_at`: of poses among those of one kept state, as those left where some fall,
+    its rows.
+    """
+    if not arm.soft_freedoms:
+        return state_of(arm, values).settled()
+    poses = [(id(arm), row.tobytes()) for row in values]
+    kept = _WITH_POSE.get(poses[0]) if poses else None
+    if kept is not None:
+        number = {row.tobytes(): k for k, row in enumerate(kept.q)}
+        if all(row in number for _, row in poses):
+            return kept.rows(np.array([number[row] for _, row in poses]))
+    state = state_of(arm, values).settled()
+    _WITH_POSE.update(dict.fromkeys(poses, state))
+    return state
 
 
 def standing_at(arm: Arm, q: Floats) -> State:

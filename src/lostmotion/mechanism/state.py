@@ -298,37 +298,39 @@ class DesignDeflection:
     """How the parts of an arm deflect in other frames than those of its state."""
 
     def __init__(self, state: State, terms: Iterable[PlacedTerm] | None = None) -> None:
-        """Take arm, joint values and gravity from a state; `terms` that deflect, by default all
-        design terms.
-        """
+        """Take a state at the same poses; `terms` that deflect, by default all design terms."""
         self._state, self.freedoms = state, state.arm.soft_freedoms
         every = state.arm.terms if terms is None else terms
         self._terms = [each for each in every if each.term.level == "design"]
+        self._last: tuple[Floats, State, Conditions] | None = None
 
-    def within(self, frames: Floats, rows: NDArray[np.int64]) -> State:
-        """Return the state of these poses in other frames."""
-        return replace(self._state, q=self._state.q[rows], frames=frames)
+    def within(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[State, Conditions]:
+        """Return state and conditions in other frames; the last are kept, which both use below."""
+        if self._last is None or self._last[0] is not frames:
+            state = replace(self._state, q=self._state.q[rows], frames=frames)
+            self._last = frames, state, state.conditions()
+        return self._last[1:]
 
-    def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
-        """Return the twists of design terms (place, pose, 6), rad and m: without those within
-        plays, and of those.
-        """
+    def twists(
+        self, frames: Floats, rows: NDArray[np.int64], *, play: bool = True
+    ) -> tuple[Floats, Floats]:
+        """Return the twists of design terms as `Deflection.twists`."""
         smooth, in_play = np.zeros((2, *frames.shape[:2], 6))
-        conditions = self.within(frames, rows).conditions()
+        _, conditions = self.within(frames, rows)
         for placed in self._terms:
-            form, at = placed.term.form, conditions(placed)
-            screw = placed.term.scale * form.screw(at)
+            form = placed.term.form
+            if form.jumps and not play:
+                continue
+            screw = placed.term.scale * form.screw(conditions(placed))
             if form.threshold is not None:
-                share = form.threshold.share(at)
+                share = form.threshold.share(conditions(placed))
                 screw *= share if form.above else 1 - share
             (in_play if form.jumps else smooth)[placed.place] += screw.T
         return smooth, in_play
 
     def tangent(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
-        """Return the change of the deflections per deflection (pose, freedom, freedom) and the
-        compliances (pose, freedom).
-        """
-        return tangent(self.within(frames, rows), self.freedoms)
+        """Return what `Deflection.tangent` does."""
+        return tangent(*self.within(frames, rows), self.freedoms)
 
 
 def as_poses(arm: Arm, q: Floats) -> Floats:

@@ -145,20 +145,25 @@ class _DrawnRobots:
         local = np.ascontiguousarray(matrix.local.transpose(1, 2, 0)[:, :, sample])
         self._sum(columns.fixed, local, draws, self._fixed)
 
-    def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    def twists(
+        self, frames: Floats, rows: NDArray[np.int64], *, play: bool = True
+    ) -> tuple[Floats, Floats]:
         """Return the twists of the parts (place, sample, 6), rad and m: without those within plays,
-        and of those. Plays stay open or closed as at the mean of all robots.
+        and of those, which are zero without `play`. Plays stay open or closed as at the mean of all
+        robots.
         """
         columns = self._columns
         local = columns.local(
-            self._mean.within(frames, rows),
+            *self._mean.within(frames, rows),
             last_motion_at(self._last_motion, rows),
             self._closed[:, rows],
+            play=play,
             loads_alone=True,
         )
         smooth, in_play = self._fixed[:, rows], np.zeros((len(frames), len(rows), 6))
         self._sum(~columns.fixed & ~columns.jumps, local, self._draws[:, rows], smooth)
-        self._sum(columns.jumps, local, self._draws[:, rows], in_play)
+        if play:
+            self._sum(columns.jumps, local, self._draws[:, rows], in_play)
         return smooth, in_play
 
     def _sum(self, of: NDArray[np.bool_], local: Floats, draws: Floats, out: Floats) -> None:
