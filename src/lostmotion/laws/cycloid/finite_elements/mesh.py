@@ -148,9 +148,9 @@ def face_of(blank: Blank) -> Any:  # noqa: ANN401
         for name, (centre, radius) in circles.items()
     }
     middle = ends.mean(axis=1)
-    off, near = KDTree(np.stack([middles.real, middles.imag], axis=-1)).query(
-        np.stack([middle.real, middle.imag], axis=-1)
-    )
+    tree = KDTree(np.stack([middles.real, middles.imag], axis=-1))
+    nearest = tree.query(np.stack([middle.real, middle.imag], axis=-1))
+    off, near = (np.asarray(each) for each in nearest)
     names = [
         next((name for name, here in on_circle.items() if here[k]), "free")
         for k in range(len(edges))
