@@ -86,6 +86,7 @@ def test_writing_results_loads_no_data_of_other_libraries(ran, written):
     assert len(written["arrays.nc"]) > 0
 
 
+@pytest.mark.usual_counts
 def test_two_runs_write_the_same_bytes(ran, written, tmp_path):
     """Same file, version and seed: result.json and arrays.nc are equal byte by byte, on one thread
     or two, in two processes.

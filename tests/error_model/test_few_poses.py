@@ -39,6 +39,7 @@ VALIDATES = (
     ),
 )
 
+pytestmark = pytest.mark.usual_counts
 # The play of B opens where its load, 2 kg x 0.3 m, is below the friction: |cos B| < 0.0262, so in 2
 # % of -150° to 150°.
 RARE = """

@@ -356,6 +356,7 @@ def test_one_robot_has_no_interval(arm):
     assert np.isnan(pooled_quantile(found.group_hist, found.replicate_hist, 0.95).low)
 
 
+@pytest.mark.usual_counts
 def test_the_volume_of_a_ball_is_found_within_its_bracket():
     """The tool on a pan, a tilt and a slide from 0.5 to 1 m sweeps a hollow ball of 3.665 m^3."""
     bare = dict.fromkeys(("gearbox", "encoder", "bearing"))

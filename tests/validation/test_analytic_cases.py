@@ -219,6 +219,7 @@ def test_the_examples_are_many_points(path):
     )
 
 
+@pytest.mark.usual_counts
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_the_first_pose_of_each_example_is_what_it_was(path):
     """Reference figures of pose 0 of 256, known to 0.15 %: within 0.5 %."""

@@ -10,7 +10,6 @@ import numpy as np
 from lostmotion.error_model.poses import PoseLaw, sample_poses
 from lostmotion.mechanism.assembly import affordable
 from lostmotion.mechanism.state import tool_points
-from lostmotion.recent import Recent
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,20 +65,6 @@ def workspace(
     count = samples or affordable(
         arm, min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.driven)).bit_length() - 1)
     )
-    if arm.closures:
-        return _sampled(arm, law, count, seed)
-    places = (arm.tree.places[k] for k in arm.tree.tool_path)
-    geometry = tuple((each.joint, each.pose.tobytes(), each.twist.tobytes()) for each in places)
-    return _RECENT.of(
-        (geometry, arm.limits.tobytes(), law, count, seed), lambda: _sampled(arm, law, count, seed)
-    )
-
-
-# Arms that differ in their parts alone have one workspace.
-_RECENT: Final = Recent[Workspace](32 << 20, lambda kept: kept.points.nbytes)
-
-
-def _sampled(arm: Arm, law: PoseLaw, count: int, seed: int) -> Workspace:
     points = tool_points(arm, sample_poses(arm, count, law, seed).q)
     along = np.ascontiguousarray(points.T)  # one axis after the other in memory
     distance = np.linalg.norm(along, axis=0)

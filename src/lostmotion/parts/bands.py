@@ -25,7 +25,7 @@ from lostmotion.parts.material import Material
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from lostmotion.spatial import Floats
 
@@ -72,14 +72,23 @@ def unknown_values(part: Part) -> tuple[UnknownValue, ...]:
     return tuple(sorted(found.values(), key=lambda each: each.key))
 
 
-def with_values(part: P, values: Mapping[str, float]) -> P:
+def with_values(part: P, values: Mapping[str, float], keys: Sequence[str] | None = None) -> P:
     """Return the part with known values (key to SI) in place of the ranges of `unknown_values`.
 
     The parts that change are rebuilt and checked, so that no result computed for other values
     remains. Raises InputError where these values make an impossible part, and KeyError without the
     value of a range.
+
+    keys  what `_keys` returns for the part, if it is known
     """
-    return _with_values(part, values, _keys(part))
+    order = iter(_keys(part) if keys is None else keys)
+    try:
+        out = _walk(part, lambda _place, _band: values[next(order)])
+    except ValidationError as error:
+        raise _impossible(error, values) from None
+    if not isinstance(out, type(part)):
+        raise TypeError(f"{type(part).__name__} became {type(out).__name__}")
+    return out
 
 
 def _keys(part: Part) -> list[str]:
@@ -97,24 +106,13 @@ def _keys(part: Part) -> list[str]:
     return found
 
 
-def _with_values(part: P, values: Mapping[str, float], keys: list[str]) -> P:
-    order = iter(keys)
-    try:
-        out = _walk(part, lambda _place, _band: values[next(order)])
-    except ValidationError as error:
-        raise _impossible(error, values) from None
-    if not isinstance(out, type(part)):
-        raise TypeError(f"{type(part).__name__} became {type(out).__name__}")
-    return out
-
-
 def draws(part: P, unknown: tuple[UnknownValue, ...], shares: Floats) -> Iterator[P]:
     """Yield the part with known values at each row of shares (draw, value), between 0 and 1; errors
     as `with_values`.
     """
     keys = _keys(part)
     for row in shares.tolist():
-        yield _with_values(
+        yield with_values(
             part,
             {each.key: each.band.at(share) for each, share in zip(unknown, row, strict=True)},
             keys,

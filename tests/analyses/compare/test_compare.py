@@ -492,6 +492,7 @@ def test_stated_prices_are_added_and_joints_without_one_are_named(tmp_path):
     assert "prices" not in " ".join(two.notes)
 
 
+@pytest.mark.usual_counts
 def test_an_arm_whose_errors_are_not_small_is_not_compared(tmp_path, files):
     """With a zero uncertain by sixty degrees adding errors up fails: the headline says so and names
     the arm, and no interval of an error is printed.
