@@ -109,17 +109,16 @@ class System:
         raise DidNotConvergeError("no equilibrium of the contacts was found")
 
     def outgrown(
-        self, pressures: Floats, least: float = 0.0
+        self, pressures: Floats
     ) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.bool_]], bool]:
-        """Return which contacts carry pressure at an edge, more than `least` times their largest,
-        under any of the pressures (torque, node), and whether an outermost contact carries any.
+        """Return which contacts carry pressure at an edge under any of the pressures (torque,
+        node), and whether an outermost contact carries any.
         """
-        of_contact = [pressures[:, self.contact == n] for n in range(len(self.at))]
-        at_edge = np.array(
-            [(each[:, [0, -1]] > least * each.max(axis=1)[:, None]).any() for each in of_contact]
-        )
+        loaded = pressures.max(axis=0) > 0
+        of_contact = [loaded[self.contact == n] for n in range(len(self.at))]
+        at_edge = np.array([each[0] or each[-1] for each in of_contact])
         return at_edge, len(self.at) < self.count and bool(
-            (of_contact[0] > 0).any() or (of_contact[-1] > 0).any()
+            of_contact[0].any() or of_contact[-1].any()
         )
 
     def by_lobe(self, pressures: Floats) -> tuple[Floats, Floats, Floats]:

@@ -48,7 +48,7 @@ from lostmotion.laws.cycloid.stage import Modification
 from lostmotion.laws.perforated_disc import pin_forces
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Points
@@ -60,9 +60,6 @@ if TYPE_CHECKING:
 
 # How often contacts grow where pressure reaches their edges.
 _MOST_GROWTHS: Final = 5
-# Pressure at the edge of a contact on the coarser mesh, over its largest, from which it surely
-# reaches the edge on the finer one too: such contacts grow before the finer mesh is solved.
-_SURELY: Final = 0.15
 # Angles at which the relief of an envelope stage is checked.
 _ROUND: Final = 721
 # Thinnest web around a hole, over its radius.
@@ -184,7 +181,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     for _ in range(_MOST_GROWTHS):
         made, at = flanks.chosen()
         own_gap = np.zeros(len(made.theta)) if envelope else gap
-        levels = _on_two_meshes(
+        coarse, fine, system = _on_two_meshes(
             made,
             at,
             (planet, ring),
@@ -193,13 +190,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
             Meshes() if meshes is None else meshes,
             progress,
         )
-        coarse, system = next(levels)
-        at_edge, at_last = system.outgrown(_pressures(coarse), _SURELY)
-        if at_edge.any() and not at_last:
-            flanks.grow(at, at_edge, at_last=False)
-            continue
-        fine, system = next(levels)
-        pressures = _pressures(fine)
+        pressures = np.array([each for each, _, _ in fine])
         at_edge, at_last = system.outgrown(pressures)
         if not (at_edge.any() or at_last):
             break
@@ -228,11 +219,6 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
 _Solved = list[tuple["Floats", float, float]]
 
 
-def _pressures(solved: _Solved) -> Floats:
-    """Return the pressures (torque, node), MPa."""
-    return np.array([each for each, _, _ in solved])
-
-
 def _on_two_meshes(
     made: Contacts | EnvelopeContacts,
     at: dict[int, Floats],
@@ -241,9 +227,9 @@ def _on_two_meshes(
     detail: tuple[int, int, int],
     meshes: Meshes,
     progress: Callable[[str, int, int], None],
-) -> Iterator[tuple[_Solved, System]]:
-    """Yield pressures, rotation and its derivative for every torque, and the system, on the coarser
-    mesh and then on the finer one, which is solved only if it is asked for.
+) -> tuple[_Solved, _Solved, System]:
+    """Return pressures, rotation and its derivative for every torque on the coarser and the finer
+    mesh, and the system of the finer one.
 
     detail  order of the elements, terms over the width, and intervals of a contact
     """
@@ -256,6 +242,7 @@ def _on_two_meshes(
         progress("finite elements: meshing", n, steps)
         of_wheels.append(meshes.of(blank, coarse))
     _check_size(max(int(mesh.ne) for mesh, _ in of_wheels), order, terms)
+    found = []
     for level in range(2):
         wheels = []
         for n, blank in enumerate(blanks):
@@ -263,8 +250,9 @@ def _on_two_meshes(
             law = Elasticity(blank.body, width, terms)
             wheels.append(ElasticWheel(blank, law, made, at, of_wheels[n][level], order))
         system = System(made, at, gap, tuple(wheels))
-        yield [system.solve(float(torque) / width) for torque in torques], system
+        found.append([system.solve(float(torque) / width) for torque in torques])
         at = {k: _halved(places) for k, places in at.items()}
+    return found[0], found[1], system
 
 
 def _check_size(elements: int, order: int, terms: int) -> None:
