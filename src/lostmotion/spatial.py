@@ -146,27 +146,27 @@ def exp(twist: Floats) -> Floats:
     omega, velocity = along[:3], along[3:]
     square = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
     angle = np.sqrt(square)
-    large = np.flatnonzero(angle >= _SMALL_ANGLE)
-    a, b, c = 1 - square / 6, 0.5 - square / 24, 1 / 6 - square / 120
-    if len(large):
-        # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3; 1 - cos t itself cancels
-        safe = angle[large]
-        sine, half = np.sin(safe), np.sin(safe / 2)
-        a[large], b[large] = sine / safe, 2 * half**2 / safe**2
-        c[large] = (safe - sine) / safe**3
-    out = np.empty((4, 4, len(square)))
-    left = np.empty((3, 3, len(square)))
+    small = angle < _SMALL_ANGLE
+    safe = np.where(small, 1.0, angle)
+    sine, half = np.sin(safe), np.sin(safe / 2)
+    # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3; 1 - cos t itself cancels
+    a = np.where(small, 1 - square / 6, sine / safe)
+    b = np.where(small, 0.5 - square / 24, 2 * half**2 / safe**2)
+    c = np.where(small, 1 / 6 - square / 120, (safe - sine) / safe**3)
+    squared = omega[:, None] * omega
+    turned = np.zeros_like(squared)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        along_axis, product = omega[i] * omega[i] - square, omega[k] * omega[j]
-        for matrix, odd, even in ((out, a, b), (left, b, c)):
-            turned, squared = odd * omega[i], even * product
-            np.multiply(even, along_axis, out=matrix[i, i])
-            np.add(turned, squared, out=matrix[k, j])
-            np.subtract(squared, turned, out=matrix[j, k])
-        out[i, i] += 1
+        squared[i, i] -= square
+        turned[k, j], turned[j, k] = omega[i], -omega[i]
+    out = np.empty((4, 4, len(square)))
+    out[:3, :3] = a * turned + b * squared
+    left = b * turned + c * squared
     out[:3, 3] = velocity + left[:, 0] * velocity[0]
     out[:3, 3] += left[:, 1] * velocity[1]
     out[:3, 3] += left[:, 2] * velocity[2]
+    out[0, 0] += 1
+    out[1, 1] += 1
+    out[2, 2] += 1
     out[3, :3], out[3, 3] = 0.0, 1.0
     return np.ascontiguousarray(out.transpose(2, 0, 1)).reshape(*twist.shape[:-1], 4, 4)
 

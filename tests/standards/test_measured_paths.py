@@ -14,9 +14,8 @@ from scipy.spatial.transform import Rotation
 from scipy.special import polygamma
 
 import lostmotion
-from lostmotion.error_model import plane_scatter, worst_plane
+from lostmotion.error_model import worst_plane
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.error_model.plane_scatter import simulated_tests
 from lostmotion.error_model.visit_intervals import (
     scatter_interval,
     shrunk_covariance,
@@ -26,6 +25,7 @@ from lostmotion.error_model.worst_plane import (
     covariance_root,
     largest_mean,
     largest_scatter,
+    simulated_tests,
 )
 from lostmotion.io.measured.visits import Visits
 from lostmotion.laws.iso9283 import PATH_FIGURES, across_path, crossings, path_figures
@@ -350,8 +350,7 @@ def half_as_many_steps(monkeypatch):
     as far as these resolve them, not to one in ten million.
     """
     monkeypatch.setattr(worst_plane, "_BISECTIONS", 12)
-    for module in (worst_plane, plane_scatter):
-        monkeypatch.setattr(module, "SAMPLES", 1000)
+    monkeypatch.setattr(worst_plane, "_SAMPLES", 1000)
 
 
 @pytest.mark.slow

@@ -12,8 +12,6 @@ from lostmotion.mechanism.assembly import affordable
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -94,10 +92,13 @@ def _volume(along: Floats, low: Floats, high: Floats) -> tuple[float, float, flo
     For a smooth boundary the first falls short by about as much as the second exceeds, so the
     volume lies between and near the middle.
     """
+    from scipy.ndimage import binary_closing, binary_erosion
+
     extent = high - low
     longest = float(extent.max())
     if longest == 0 or float(extent.min()) < 1e-6 * longest:
         return 0.0, 0.0, 0.0
+    cube = np.ones((3, 3, 3), bool)
     for cells in _GRIDS:
         edge = longest / cells
         shape = np.maximum(np.ceil(extent / edge).astype(int), 1) + 4
@@ -107,10 +108,10 @@ def _volume(along: Floats, low: Floats, high: Floats) -> tuple[float, float, flo
             number += np.minimum(((part - start) / edge).astype(int), size - 5) + 2
         visited = np.zeros(shape, bool)
         visited.ravel()[number] = True
-        closed = _near(_near(visited, np.logical_or), np.logical_and)
+        closed = binary_closing(visited, cube)
         if np.count_nonzero(closed & ~visited) <= _MOST_HOLES * np.count_nonzero(closed):
             break
-    inside = _near(closed, np.logical_and)
+    inside = binary_erosion(closed, cube)
     if not inside.any():
         return 0.0, 0.0, 0.0  # nowhere thicker than the grid: a surface
     return (
@@ -118,13 +119,3 @@ def _volume(along: Floats, low: Floats, high: Floats) -> tuple[float, float, flo
         float(np.count_nonzero(closed)) * edge**3,
         edge,
     )
-
-
-def _near(cells: NDArray[np.bool_], joined: np.ufunc) -> NDArray[np.bool_]:
-    """Return cells joined with their 26 neighbours, axis by axis; none at the edges of the grid."""
-    for axis in range(cells.ndim):
-        out = np.zeros_like(cells)
-        old, new = np.moveaxis(cells, axis, 0), np.moveaxis(out, axis, 0)
-        joined(joined(old[:-2], old[1:-1]), old[2:], out=new[1:-1])
-        cells = out
-    return cells

@@ -16,21 +16,13 @@ import numpy as np
 
 from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.error_model.plane_scatter import (
-    SAMPLES,
-    exceedance,
-    kept_share,
-    log_deviations,
-    shrunk_deviations,
-    simulated_tests,
-    true_share,
-)
 from lostmotion.error_model.visit_intervals import (
     LEVEL,
     MIN_VISITS,
     UNKNOWN,
     generator,
     shrunk_covariance,
+    unbiased_square,
 )
 
 if TYPE_CHECKING:
@@ -38,6 +30,8 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
+_SAMPLES: Final = 2000
+_BATCH: Final = 100
 # Share of the largest variance below which a variance along an axis counts as zero.
 _FLAT: Final = 1e-12
 _BISECTIONS: Final = 24  # far finer than the simulated tests resolve
@@ -86,26 +80,26 @@ def _sampling_distribution(centred: Floats) -> tuple[Floats, Floats, Floats]:
     shared = np.ones(1)  # with two cycles all planes seem fully correlated
     root = standardised / math.sqrt(count - 1)
     if count > MIN_VISITS:
-        spread, chance, common = log_deviations(_projected(centred)[None])
+        spread, chance, common = _log_deviations(_projected(centred)[None])
         # The planes together determine the common scatter, their correlation counts as one plane,
         # and each determines only its own difference.
-        kept = kept_share(spread, chance, true_share(spread, chance))[0]
+        kept = _kept_share(spread, chance, _true_share(spread, chance))[0]
         shared, own = np.maximum(common, 1 / planes), kept * chance[0] * 2 * (count - 1)
         # A log deviation is biased low by its variance: Student's distribution corrects single
         # planes, not those shrunk together.
         scatter, root = (
-            np.exp(shrunk_deviations(spread, chance)[0] + chance[0] * (1 - kept)),
+            np.exp(_shrunk(spread, chance)[0] + chance[0] * (1 - kept)),
             _root(standardised),
         )
     deviation = scatter / math.sqrt(count)
     root = root.reshape(-1, planes, size) * deviation[:, None]
     rng = generator("largest mean")
-    moved = (rng.standard_normal((SAMPLES, len(root))) @ root.reshape(len(root), -1)).reshape(
-        SAMPLES, planes, size
+    moved = (rng.standard_normal((_SAMPLES, len(root))) @ root.reshape(len(root), -1)).reshape(
+        _SAMPLES, planes, size
     )
     for share in (shared, own):
         freedom = (count - 1) / np.maximum(share, _FLAT)
-        moved *= np.sqrt(freedom / rng.chisquare(freedom, (SAMPLES, len(share))))[:, :, None]
+        moved *= np.sqrt(freedom / rng.chisquare(freedom, (_SAMPLES, len(share))))[:, :, None]
     return deviation, root, moved
 
 
@@ -135,37 +129,31 @@ def _largest_length_interval(
     relative = math.sqrt(2 * float((between**2).sum())) / max(
         float(np.trace(between)), np.finfo(float).tiny
     )
-    significant = float(true_share(length[None], np.array([chance * (1 + relative / 2)]))[0])
+    significant = float(_true_share(length[None], np.array([chance * (1 + relative / 2)]))[0])
     true = max(float(length.var()) * len(mean) / max(len(mean) - 1, 1) - chance, 0.0)
     middle = np.average(length, weights=1 / (true + variance))
     estimated = middle + np.sqrt(true / (true + variance)) * (length - middle)
     # The longest may be so by chance alone: the others may be as long, or half a path with a common
     # offset would count as one plane.
     near = found - significant * (found - length) + np.sqrt(significant * variance)
-    # Planes before draws: the inversions evaluate them some fifty times, each along whole rows and
-    # in the same memory.
-    twice = np.ascontiguousarray(2 * (moved * along).sum(axis=2).T)
-    squares = np.ascontiguousarray((moved**2).sum(axis=2).T)
-    shown, enough = np.empty_like(squares), np.empty(squares.shape, bool)
+    across, squares = (moved * along).sum(axis=2), (moved**2).sum(axis=2)
 
-    def share(there: Floats, limit: float) -> float:
+    def exceedance(there: Floats, limit: float) -> float:
         """Return how often tests with these true lengths show a plane at least as many deviations
         beyond the limit.
         """
         there = np.clip(there, 0.0, limit)
         reached = np.maximum(limit + float(((length - limit) / deviation).max()) * deviation, 0.0)
-        np.add(np.multiply(there[:, None], twice, out=shown), squares, out=shown)
-        surplus = (reached - there) * (reached + there)
-        return float(np.greater_equal(shown, surplus[:, None], out=enough).any(axis=0).mean())
+        return float((there * (there + 2 * across) + squares >= reached**2).any(axis=1).mean())
 
     def below(limit: float) -> float:
-        return share(near - (found - limit) * deviation / deviation[worst], limit)
+        return exceedance(near - (found - limit) * deviation / deviation[worst], limit)
 
     def above(limit: float) -> float:
         plane = int(np.argmin((limit - length) / np.sqrt(variance)))
         there = estimated + covariance[plane] / variance[plane] * (limit - length[plane])
         there[plane] = limit
-        return share(there, limit)
+        return exceedance(there, limit)
 
     low = 0.0 if below(0.0) > tail else _bisect(below, tail, 0.0, found)
     high = found + math.sqrt(variance.max())
@@ -173,6 +161,16 @@ def _largest_length_interval(
         high = 2 * high
     high = _bisect(above, 1 - tail, low, high)
     return Estimate(min(max(float(estimated.max()), low), high), low, high)
+
+
+def _true_share(values: Floats, chance: Floats) -> Floats:
+    """Return the share (set,) of the variance of values (set, plane) that exceeds their sampling
+    variance (set,).
+    """
+    if values.shape[1] < MIN_VISITS:
+        return np.ones(len(values))
+    seen = values.var(axis=1, ddof=1)
+    return np.asarray(np.clip(1 - chance / np.where(seen > 0, seen, np.inf), 0.0, 1.0))
 
 
 def _bisect(share: Callable[[float], float], at: float, low: float, high: float) -> float:
@@ -211,34 +209,38 @@ def largest_scatter(vectors: Floats, level: float = LEVEL) -> Estimate:
         if vectors.shape[2] == 1
         else np.log(_limit_repeatability(standardised))
     )
-    spread, chance, _ = log_deviations(centred[None])
-    shrunk = shrunk_deviations(spread, chance)[0] + many
+    spread, chance, _ = _log_deviations(centred[None])
+    shrunk = _shrunk(spread, chance)[0] + many
     estimate, worst = float(shrunk.max()), int(shrunk.argmax())
     root = covariance_root(standardised)
-    simulated = simulated_tests(root, count)
+    of_chance, chances = simulated_tests(root, count)
     # Half a standard deviation less sampling variance, so that true differences between planes are
     # not missed.
-    between = simulated[0].var(axis=1)
+    between = of_chance.var(axis=1)
     surplus = between.std() / max(between.mean(), np.finfo(float).tiny) / 2
-    apart = true_share(spread, chance * (1 - surplus))
+    apart = _true_share(spread, chance * (1 - surplus))
     mean = spread.mean()
-    separated = mean + kept_share(spread, chance, np.sqrt(apart))[0] * (spread[0] - mean) + many
+    separated = mean + _kept_share(spread, chance, np.sqrt(apart))[0] * (spread[0] - mean) + many
     squares = (np.einsum("rpi,rj->pij", root, root[:, worst]) ** 2).sum(axis=(1, 2))
     correlation = squares / np.sqrt(
         squares[worst] * (np.einsum("rpi,rpj->pij", root, root) ** 2).sum(axis=(1, 2))
     )
     follows = 1 - apart[0] * (1 - correlation)
-    near = shrunk + math.sqrt(float(true_share(spread, chance)[0] * chance[0])) / 2
+    near = shrunk + math.sqrt(float(_true_share(spread, chance)[0] * chance[0])) / 2
 
-    # how often tests with these true log scatters show an estimate at least as large
-    share = exceedance(*simulated, many)
+    def exceedance(there: Floats) -> float:
+        """Return how often tests with these true log scatters show an estimate at least as
+        large.
+        """
+        return float(
+            ((_shrunk(of_chance + there - many, chances) + many).max(axis=1) >= estimate).mean()
+        )
 
     def below(limit: float) -> float:
-        return share(np.minimum(near, limit) - many, estimate)
+        return exceedance(np.minimum(near, limit))
 
     def above(limit: float) -> float:
-        there = np.minimum(separated + (limit - separated[worst]) * follows, limit)
-        return share(there - many, estimate)
+        return exceedance(np.minimum(separated + (limit - separated[worst]) * follows, limit))
 
     tail, low, high = (1 - level) / 2, estimate - 1, estimate + 1
     while below(low) > tail:
@@ -264,10 +266,27 @@ def covariance_root(standardised: Floats) -> Floats:
     """Return a root (root, plane, k) of the covariance from which tests are simulated, of
     standardised vectors (cycle, plane, k).
     """
-    _, _, common = log_deviations(standardised[None])
+    _, _, common = _log_deviations(standardised[None])
     return _root(
         standardised, effective=1 / max(float(common[0]), 1 / standardised.shape[1])
     ).reshape(-1, *standardised.shape[1:])
+
+
+def simulated_tests(root: Floats, count: int) -> tuple[Floats, Floats]:
+    """Return log deviations (draw, plane) and their sampling variance (draw,) of simulated tests
+    with this number of cycles.
+
+    `root` (root, plane, k) is a root of the covariance.
+    """
+    flat = root.reshape(len(root), -1)
+    rng, found = generator("largest scatter"), []
+    for _ in range(0, _SAMPLES, _BATCH):
+        sets = (rng.standard_normal((_BATCH, count, len(root))) @ flat).reshape(
+            _BATCH, count, *root.shape[1:]
+        )
+        found.append(_log_deviations(sets - sets.mean(axis=1, keepdims=True)))
+    spreads, chances, _ = zip(*found, strict=True)
+    return np.concatenate(spreads), np.concatenate(chances)
 
 
 def _root(standardised: Floats, effective: float = 1.0) -> Floats:
@@ -309,3 +328,60 @@ def _limit_repeatability(standardised: Floats) -> Floats:
         np.einsum("npi,npj->pij", standardised, standardised) / (count - 1), count
     )
     return expected_repeatability(np.pad(covariance, ((0, 0), (0, 3 - size), (0, 3 - size))))[0]
+
+
+def _log_deviations(sets: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return log deviations (set, plane) of centred sets (set, cycle, plane, k), their sampling
+    variance (set,), and the planes' correlation (set,).
+
+    A log deviation has the variance tr C^2 / (tr C)^2 / (2 (n - 1)), a pair of planes the
+    covariance |C_12|^2 / (tr C_1 tr C_2) / (2 (n - 1)). What all planes share does not make them
+    differ. The squared sample correlation of independent planes averages 1 / (n - 1), that of
+    identical planes one.
+    """
+    count, _, size = sets.shape[1:]
+    least = 1 / (count - 1)
+    trace = (sets**2).sum(axis=(1, 3)) / (count - 1)
+    standardised = sets / np.sqrt(trace)[:, None, :, None]
+    covariance = np.einsum("dnpi,dnpj->dpij", standardised, standardised) / (count - 1)
+    own = (covariance**2).sum(axis=(2, 3))
+    single = np.clip(unbiased_square(own, count), 1 / size, 1.0).mean(axis=1)
+    flat = standardised.reshape(*standardised.shape[:2], -1)
+    across = (
+        flat @ np.swapaxes(flat, 1, 2)
+        if flat.shape[1] < flat.shape[2]
+        else np.swapaxes(flat, 1, 2) @ flat
+    )
+    seen = (across**2).sum(axis=(1, 2)) / (standardised.shape[2] * (count - 1)) ** 2
+    common = np.clip(
+        (seen - least) / np.maximum(own.mean(axis=1) - least, np.finfo(float).tiny), 0.0, 1.0
+    )
+    return np.log(trace) / 2, single * (1 - common) / (2 * (count - 1)), common
+
+
+def _shrunk(spread: Floats, chance: Floats) -> Floats:
+    """Return log deviations (set, plane) shrunk towards their mean by their sampling variance
+    (set,).
+    """
+    mean = spread.mean(axis=1, keepdims=True)
+    return np.asarray(
+        mean + _kept_share(spread, chance, _true_share(spread, chance)) * (spread - mean)
+    )
+
+
+def _kept_share(spread: Floats, chance: Floats, share: Floats) -> Floats:
+    """Return the share (set, plane) of its distance from the mean that each log deviation keeps,
+    given the overall share (set,).
+
+    None is shrunk by more than one standard deviation of the sampling variance, which would treat a
+    single bad plane as chance (B. Efron and C. Morris, Limiting the risk of Bayes and empirical
+    Bayes estimators, part II, JASA 67, 1972, p. 130).
+    """
+    furthest = np.sqrt(chance)[:, None]
+    off = np.abs(spread - spread.mean(axis=1, keepdims=True))
+    return np.asarray(
+        np.maximum(
+            share[:, None],
+            1 - furthest / np.maximum(off, np.maximum(furthest, np.finfo(float).tiny)),
+        )
+    )

@@ -320,7 +320,7 @@ class _Settling:
         twists = self.twists[:, rows]
         still = np.asarray(~twists.any(axis=(0, 2)))
         if still.all():
-            return np.array(self._command[:, rows])
+            return self._command[:, rows]
         out = self.chain.displaced(twists, rows)
         if still.any():
             out[:, still] = self._command[:, rows[still]]

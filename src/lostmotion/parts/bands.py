@@ -79,7 +79,8 @@ def with_values(part: P, values: Mapping[str, float], keys: Sequence[str] | None
     remains. Raises InputError where these values make an impossible part, and KeyError without the
     value of a range.
 
-    keys  what `_keys` returns for the part, if it is known
+    keys  of the ranges in the order in which they are found, where many values are set; default:
+          found here
     """
     order = iter(_keys(part) if keys is None else keys)
     try:

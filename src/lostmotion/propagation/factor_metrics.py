@@ -113,16 +113,7 @@ class ErrorMetric:
             np.einsum("prc,prc->pr", one, other)
             for one, other in ((rest, rest), (rest, own), (own, own))
         )
-        b *= 2
-        squares = np.empty_like(a)
-
-        def excess(factor: float) -> Excess:
-            np.multiply(c, factor, out=squares)
-            np.add(b, squares, out=squares)
-            np.multiply(squares, factor, out=squares)
-            return self._excess(np.add(a, squares, out=squares), self.target)
-
-        return excess
+        return lambda factor: self._excess(a + factor * (2 * b + factor * c), self.target)
 
     def without(self, columns: tuple[int, ...]) -> Estimate:
         """Return the error quantile, m, where these terms are zero."""

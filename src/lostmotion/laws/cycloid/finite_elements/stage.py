@@ -178,6 +178,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
         if envelope
         else OnPins(stage, crank, load, intervals)
     )
+    kept = Meshes() if meshes is None else meshes
     for _ in range(_MOST_GROWTHS):
         made, at = flanks.chosen()
         own_gap = np.zeros(len(made.theta)) if envelope else gap
@@ -187,7 +188,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
             (planet, ring),
             (width, torques, own_gap),
             (order, terms, intervals),
-            Meshes() if meshes is None else meshes,
+            kept,
             progress,
         )
         pressures = np.array([each for each, _, _ in fine])
