@@ -275,12 +275,12 @@ def test_a_softer_spring_of_the_planar_arm_is_the_closed_form(tmp_path):
 
 @pytest.mark.slow
 def test_intervals_contain_the_true_change(files):
-    """Over 50 seeds each 95 % interval misses the change of a run of 4 096 poses and 2 000 robots
+    """Over 50 seeds each 95 % interval misses the change of a run of 4 096 poses and 4 000 robots
     in no more than 8 cases.
     """
     arms = [lostmotion.read(file) for file in files]
     truth = (
-        lostmotion.compare(*arms, poses=4096, robots=2000, visits=4, seed=1000).changes[0].figures
+        lostmotion.compare(*arms, poses=4096, robots=4000, visits=4, seed=1000).changes[0].figures
     )
     missed = dict.fromkeys((key for key in truth if key not in {"mass", "load"}), 0)
     for seed in range(50):
