@@ -15,8 +15,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from lostmotion import Arm, Study, study
 from lostmotion.accuracy import workspace
 from lostmotion.error_model import few_poses
+from lostmotion.maps import validation_points
 from lostmotion.parts.gearbox.cycloidal import examined, model
 from lostmotion.propagation import exact
+from lostmotion.reporting import svg
 from tests.arms import arm_of
 
 # Counts that each answer of a study takes, whatever is asked for, and what a test computes with in
@@ -31,6 +33,8 @@ COUNTS: Final[tuple[tuple[ModuleType, str, int], ...]] = (
     (model, "GEARBOXES", 64),  # behind a table of cycloidal gearboxes, of 256
     (model, "_HARMONIC_GEARBOXES", 4),  # behind their spectrum, of 48
     (examined, "MOST_SPECTRA", 8),  # whose transmission error is shown, of 64
+    (validation_points, "SAMPLED", 4096),  # poses by which points of a map are reached, of 32 768
+    (validation_points, "_POWER", 9),  # of two, in number, at which a map is validated, of 11
 )
 USUAL: Final = tuple(getattr(module, name) for module, name, _ in COUNTS)
 
@@ -69,3 +73,11 @@ def arm() -> Arm:
 def z_arm_study() -> Study:
     """Return the study of the Z-arm by both methods, of which nothing is changed."""
     return study(Path(__file__).parents[1] / "examples" / "z-arm.toml", 64, 60, 3, method="both")
+
+
+@pytest.fixture
+def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the plots of reports empty, where a test reads nothing of them: each has its place on
+    the page all the same, and is not written as SVG.
+    """
+    monkeypatch.setattr(svg, "raw_svg", lambda _: '<svg viewBox="0 0 1 1"></svg>')

@@ -4,7 +4,6 @@ import pytest
 
 from lostmotion.analyses.sizing import command, selection, sizing
 from lostmotion.propagation import factor_metrics
-from lostmotion.reporting.page import document, first_screen
 
 
 @pytest.fixture(scope="module")
@@ -21,12 +20,3 @@ def few_samples():
         patch.setattr(sizing, "SCALES", (1.0, 2.0))
         patch.setattr(selection, "SCALES", (0.9, 1.1))
         yield
-
-
-@pytest.fixture
-def unpainted(monkeypatch):
-    """Leave the plots of reports empty, where a test reads nothing of them: each has its place on
-    the page all the same, and is not written as SVG.
-    """
-    for module in (document, first_screen):
-        monkeypatch.setattr(module, "inline_svg", lambda _: "<svg></svg>")

@@ -8,7 +8,6 @@ import shlex
 import pytest
 
 from lostmotion.analyses.sizing import command as sizing
-from lostmotion.error_model import few_poses
 from lostmotion.propagation import factor_metrics
 from tests.command import carried_out
 from tests.docs.pages import ROOT
@@ -41,7 +40,17 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [each for each in COMMANDS if not each.startswith(ENDLESS)])
+@pytest.mark.parametrize(
+    "command",
+    [
+        COMMANDS[0],  # its screen is compared
+        *(
+            pytest.param(each, marks=pytest.mark.few_counts)
+            for each in COMMANDS[1:]
+            if not each.startswith(ENDLESS)
+        ),
+    ],
+)
 def test_a_command_of_the_readme_runs_as_printed(command, folder, monkeypatch):
     """It ends with exit code 0 and an answer, on lines of 80 columns, and the report that it names
     lies in the folder.
@@ -51,8 +60,7 @@ def test_a_command_of_the_readme_runs_as_printed(command, folder, monkeypatch):
         monkeypatch.setattr(sizing, f"DEFAULT_{name}", count)
     monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 13)
     words = shlex.split(command)[1:]
-    if command != COMMANDS[0]:  # its screen is compared
-        monkeypatch.setattr(few_poses, "MANY", 128)
+    if command != COMMANDS[0]:
         words += FEWER.get(words[0], "").split()
     done = carried_out(*words, cwd=folder)
     assert done.returncode == 0, done.stderr

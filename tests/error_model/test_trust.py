@@ -18,7 +18,6 @@ from lostmotion.error_model.trust import (
     with_figures,
 )
 from lostmotion.errors import InputError
-from lostmotion.maps import validation_points
 from lostmotion.mechanism.assembly import assembled
 from lostmotion.mechanism.closed_composition import composed
 from lostmotion.mechanism.closed_trust import loosest, share_neglected
@@ -158,10 +157,7 @@ def test_comparisons_targets_and_maps_exclude_poses_without_a_figure(tmp_path, m
     pose by pose drop the same ones, allowances count the rest, and no cell of a map holds one. The
     notes of each sheet name them.
     """
-    # the points a map is validated at are not asked about, and take most of its time
-    monkeypatch.setattr(validation_points, "SAMPLED", 2048)
-    monkeypatch.setattr(validation_points, "_POWER", 7)
-    monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 14)  # nor are the sizes of a target
+    monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 14)  # no size of a target is asked about
     text = FIVE_BAR.read_text().replace("400 mm ± 30 µm", "300 mm ± 4 mm")
     (tmp_path / "vague.toml").write_text(text)
     (tmp_path / "loose.toml").write_text(text.replace("8 µm ± 4 µm", "2 mm ± 8 µm"))

@@ -12,7 +12,6 @@ import pytest
 from lostmotion import read
 from lostmotion.accuracy import workspace
 from lostmotion.errors import InputError
-from lostmotion.reporting import svg
 from tests.io.consistent import studied_shortly
 from tests.io.fuzzed import longest, outcomes
 from tests.io.fuzzed_formats import EXAMPLES, formats
@@ -36,13 +35,13 @@ def look_at(folder, count):
     return counts
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_files_that_are_spoiled_are_sound_before(tmp_path, monkeypatch):
     """Every text that the spoiling begins with is read: else it would be refused for what nobody
     spoiled.
     """
     # most of what a sound command takes, and refuses nothing
     monkeypatch.setattr(workspace, "SAMPLES", 4096)
-    monkeypatch.setattr(svg, "raw_svg", lambda _: '<svg viewBox="0 0 1 1"></svg>')
     for kind in formats(tmp_path):
         for seed in kind.seeds:
             path = tmp_path / kind.name

@@ -9,7 +9,6 @@ import pytest
 import lostmotion
 from lostmotion.io.arm_writer import NewParts, reads_back, sized_toml
 from lostmotion.parts.section import Tube
-from lostmotion.reporting import svg
 
 DELTA = Path(__file__).parents[2] / "examples" / "closed-chains" / "delta-printer.toml"
 RODS = tuple(f"{tower}{side}_rod" for tower in "ABC" for side in (1, 2))
@@ -58,12 +57,12 @@ def test_a_part_that_some_copies_get_is_stated_by_each(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize("name", ["delta-printer", "hexapod"])
-def test_the_links_of_closed_chains_with_legs_are_sized(name, tmp_path, monkeypatch):
+def test_the_links_of_closed_chains_with_legs_are_sized(name, tmp_path):
     """The search for worse poses passes those at which the chain is not assembled, and the sized
     file is read as the sized arm.
     """
-    monkeypatch.setattr(svg, "raw_svg", lambda _: '<svg viewBox="0 0 1 1"></svg>')
     found = lostmotion.size(DELTA.with_name(f"{name}.toml"), poses=32)
     assert found.is_met
     found.report(tmp_path / "sized")

@@ -39,6 +39,8 @@ VALIDATES = (
     ),
 )
 
+pytestmark = pytest.mark.usual_counts
+
 UPPER, FORE = 0.5, 0.3
 ZERO = (2e-3, 3e-3)  # rad, ± limits
 STIFFNESS = (4e3, 1.5e3)  # N m/rad

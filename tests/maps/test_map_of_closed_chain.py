@@ -9,7 +9,6 @@ import pytest
 
 import lostmotion
 from lostmotion.error_model.trust import trusted
-from lostmotion.maps import validation_points
 from lostmotion.maps.gain import gain_by_cell
 from lostmotion.maps.reach import reachable_cells
 from lostmotion.mechanism.assembly import assembled
@@ -87,11 +86,8 @@ def test_the_gain_of_a_cell_is_how_far_small_errors_of_the_drives_move_the_tool(
     assert gain_by_cell(lostmotion.read(FIVE_BAR.parents[1] / "planar-2r.toml"), reached) is None
 
 
-def test_a_map_of_a_closed_chain_shows_its_gain(monkeypatch):
+def test_a_map_of_a_closed_chain_shows_its_gain():
     """As a slice beside that of the error, a row of its table, and an array."""
-    # the points a map is validated at are not asked about, and take most of its time
-    monkeypatch.setattr(validation_points, "SAMPLED", 2048)
-    monkeypatch.setattr(validation_points, "_POWER", 7)
     found = lostmotion.map(FIVE_BAR, poses=256, cell="40 mm", per_cell=2)
     assert [plot.key for plot in found.plots].count("gain-xy") == 1
     rows = [row.label for section in found.sheet.sections for row in section.rows]

@@ -23,6 +23,7 @@ from lostmotion.maps.request import MapRequest
 from lostmotion.propagation.analytic import analytic
 from tests.maps.test_map_reach import FORE, HEIGHT, UPPER, configurations, turret
 
+pytestmark = pytest.mark.usual_counts
 PARTS = {
     "S": {"encoder": {"zero": "0.4 mrad"}},
     "A": {"encoder": {"zero": "0.5 mrad"}, "gearbox": {"ratio": 100, "stiffness": "25000 N m/rad"}},

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.maps import validation_points
 from lostmotion.reporting.labelled_arrays import LabelledArrays
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -21,11 +20,8 @@ def test_arrays_are_written_as_xarray_writes_them(method):
     assert found.files()["arrays.nc"] == bytes(found.arrays().to_netcdf(engine="scipy"))
 
 
-def test_a_map_is_written_as_xarray_writes_it(monkeypatch):
+def test_a_map_is_written_as_xarray_writes_it():
     """So has that of a map, whose axes have values and units of their own."""
-    # the points that the map is validated at are none of its arrays, and take most of its time
-    monkeypatch.setattr(validation_points, "SAMPLED", 2048)
-    monkeypatch.setattr(validation_points, "_POWER", 7)
     found = lostmotion.map(EXAMPLES / "scara.toml", cell="0.1 m", poses=512)
     assert found.files()["arrays.nc"] == bytes(found.arrays().to_netcdf(engine="scipy"))
 

@@ -15,7 +15,6 @@ import lostmotion
 from lostmotion import Arm
 from lostmotion.analyses.workspace_map.page.labels import percentile_label
 from lostmotion.analyses.workspace_map.page.plots import map_plots
-from lostmotion.maps import validation_points
 from lostmotion.maps.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.maps.radial import full_turn_axis, radial_section
 from lostmotion.propagation.analytic import analytic
@@ -27,24 +26,12 @@ from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
-POWER, SAMPLED = validation_points._POWER, validation_points.SAMPLED
 QUICK = ("--cell", "60 mm", "--poses", "2048", "--per-cell", "2")
 
 
 def ran(*words, cwd):
     """Run the command in a folder."""
     return carried_out("map", *words, cwd=cwd)
-
-
-@pytest.fixture(autouse=True, scope="module")
-def few_validation_points():
-    """Validate maps at 512 points in place of 2 048, from 4 096 sampled poses in place of 32 768:
-    tests of whether their figures hold are in tests/maps.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(validation_points, "_POWER", 9)
-        patch.setattr(validation_points, "SAMPLED", 4096)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -374,12 +361,11 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
     assert 0.4 < share.high < 0.75
 
 
-def test_mapping_works_out_of_the_box(tmp_path, monkeypatch):
+@pytest.mark.usual_counts
+def test_mapping_works_out_of_the_box(tmp_path):
     """`lostmotion map` prints and writes; the same input gives the same bytes on other threads; an
     existing folder is not overwritten.
     """
-    monkeypatch.setattr(validation_points, "_POWER", POWER)  # as the other process has them
-    monkeypatch.setattr(validation_points, "SAMPLED", SAMPLED)
     # in a plane, with few plots; cells and configurations are more than those of the Z-arm
     words = (
         EXAMPLES / "planar-2r.toml",
