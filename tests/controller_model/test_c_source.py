@@ -30,9 +30,9 @@ VALIDATES = (
     (
         "controller in C, with loops and unrolled",
         (
-            "the Python model at 300 poses of seven arms, of two of them at 10 000; single "
-            "precision with double, and the unrolled source with loops, at 1 000, of two arms at "
-            "5 000; two million random, infinite and missing numbers under the sanitizers of gcc "
+            "the Python model at 300 poses of five arms and at 10 000 of two; single precision "
+            "with double, and the unrolled source with loops, at 1 000 of five arms and at 5 000 "
+            "of two; two million random, infinite and missing numbers under the sanitizers of gcc "
             "and clang"
         ),
         "1e-12; 1e-5, commands 2e-5; a status, no fault",
@@ -89,9 +89,12 @@ pytestmark = [
 
 
 def at_poses(few, many):
-    """Return every arm with few poses, and slow cases of the thorough ones with many."""
-    slow = [pytest.param(name, many, marks=pytest.mark.slow) for name in THOROUGH]
-    return pytest.mark.parametrize(("name", "count"), [*((name, few) for name in ARMS), *slow])
+    """Return every arm with few poses; the thorough ones with many, as slow cases."""
+    cases = [
+        pytest.param(name, many, marks=pytest.mark.slow) if name in THOROUGH else (name, few)
+        for name in ARMS
+    ]
+    return pytest.mark.parametrize(("name", "count"), cases)
 
 
 @pytest.fixture(scope="module")
@@ -433,7 +436,6 @@ def corrected_singular_value(blocks, given):
 @pytest.mark.parametrize(
     ("name", "unroll", "count"),
     [
-        ("z-arm", False, 1_000),
         ("drawn", True, 1_000),
         *(
             pytest.param("z-arm", unroll, 20_000, marks=pytest.mark.slow)
@@ -478,9 +480,11 @@ def has_sanitizers(compiler):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize(
+    ("name", "precision"),
+    [*((name, "double") for name in ARMS), *((name, "float") for name in ("z-arm", *OPTIMISED))],
+)
 @WRITTEN
-@pytest.mark.parametrize("name", ARMS)
 def test_every_form_of_every_arm_is_clean_under_the_sanitizers(exported, name, unroll, precision):
     """At the test poses, at and just beyond every limit, near singular poses, and with loads and
     options of any size: no fault, and finite results.
