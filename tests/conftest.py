@@ -18,6 +18,7 @@ from lostmotion.error_model import few_poses
 from lostmotion.maps import validation_points
 from lostmotion.parts.gearbox.cycloidal import examined, model
 from lostmotion.propagation import exact
+from lostmotion.propagation.montecarlo import bands
 from lostmotion.reporting import svg
 from tests.arms import arm_of
 
@@ -28,6 +29,7 @@ from tests.arms import arm_of
 COUNTS: Final[tuple[tuple[ModuleType, str, int], ...]] = (
     (workspace, "SAMPLES", 1 << 15),  # tool positions, of 524 288
     (few_poses, "MANY", 128),  # poses with which few are compared, of 2 048
+    (bands, "DRAWS", 8),  # of values known to a range, of 32
     (exact, "ROBOTS", 4),  # composed exactly at each pose of the check, of 16
     (exact, "VISITS", 2),  # of each, of 4
     (model, "GEARBOXES", 64),  # behind a table of cycloidal gearboxes, of 256

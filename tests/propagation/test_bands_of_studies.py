@@ -83,6 +83,7 @@ def bent(share: float) -> tuple[float, float]:
     return 2 * arc * math.sin(angle / 2), length - arc * (1 - math.cos(angle))
 
 
+@pytest.mark.usual_counts
 def test_the_error_of_a_cantilever_has_the_quantiles_of_its_sag(tmp_path):
     """The 5th and 95th percentile of a deflection are those at the percentiles of the modulus that
     makes it, whatever the other figures.
