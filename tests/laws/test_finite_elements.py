@@ -136,16 +136,27 @@ def solved(
     crank: float = 0.0,
     gap: float = 0.0,
     order: int = 2,
+    intervals: int = 5,
 ) -> Loaded:
     """Return the reference stage under both torques, solved once however its values are stated."""
-    return solved_once(ring, crank, gap, order)
+    return solved_once(ring, crank, gap, order, intervals)
 
 
 @functools.cache
-def solved_once(ring: ElasticBody | None, crank: float, gap: float, order: int) -> Loaded:
+def solved_once(
+    ring: ElasticBody | None, crank: float, gap: float, order: int, intervals: int
+) -> Loaded:
     """Return the reference stage under both torques."""
     return loaded_stage(
-        STAGE, PLANET, ring, 0.01, TORQUES, crank=crank, gaps=np.full(20, gap), order=order
+        STAGE,
+        PLANET,
+        ring,
+        0.01,
+        TORQUES,
+        crank=crank,
+        gaps=np.full(20, gap),
+        order=order,
+        intervals=intervals,
     )
 
 
@@ -164,7 +175,9 @@ def test_rotation_agrees_with_an_independent_contact_method(ring, crank, gap, ex
     """The rotation agrees with penalty contact of NGSolve, an active set of scikit-fem and
     CalculiX, which agree to 0.2 %.
     """
-    found = solved(ring=ring, crank=crank, gap=gap).rotation / ARCMIN
+    # at the usual size of elements one case is solved, on which the tests below agree too
+    usual = ring is not None and not crank and not gap
+    found = solved(ring=ring, crank=crank, gap=gap, intervals=5 if usual else 4).rotation / ARCMIN
     for value, reference in zip(found, expected, strict=True):
         if reference is not None:
             assert value == pytest.approx(reference, rel=within)
