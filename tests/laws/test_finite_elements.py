@@ -18,6 +18,7 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
+from lostmotion.laws.cycloid.finite_elements import selection
 from lostmotion.laws.cycloid.finite_elements.contours import contacts, gaps_at, pinned, toothed
 from lostmotion.laws.cycloid.finite_elements.mesh import Meshes
 from lostmotion.laws.cycloid.finite_elements.stage import Loaded, loaded_stage
@@ -135,16 +136,27 @@ def solved(
     crank: float = 0.0,
     gap: float = 0.0,
     order: int = 2,
+    intervals: int = 5,
 ) -> Loaded:
     """Return the reference stage under both torques, solved once however its values are stated."""
-    return solved_once(ring, crank, gap, order)
+    return solved_once(ring, crank, gap, order, intervals)
 
 
 @functools.cache
-def solved_once(ring: ElasticBody | None, crank: float, gap: float, order: int) -> Loaded:
+def solved_once(
+    ring: ElasticBody | None, crank: float, gap: float, order: int, intervals: int
+) -> Loaded:
     """Return the reference stage under both torques."""
     return loaded_stage(
-        STAGE, PLANET, ring, 0.01, TORQUES, crank=crank, gaps=np.full(20, gap), order=order
+        STAGE,
+        PLANET,
+        ring,
+        0.01,
+        TORQUES,
+        crank=crank,
+        gaps=np.full(20, gap),
+        order=order,
+        intervals=intervals,
     )
 
 
@@ -163,7 +175,9 @@ def test_rotation_agrees_with_an_independent_contact_method(ring, crank, gap, ex
     """The rotation agrees with penalty contact of NGSolve, an active set of scikit-fem and
     CalculiX, which agree to 0.2 %.
     """
-    found = solved(ring=ring, crank=crank, gap=gap).rotation / ARCMIN
+    # at the usual size of elements one case is solved, on which the tests below agree too
+    usual = ring is not None and not crank and not gap
+    found = solved(ring=ring, crank=crank, gap=gap, intervals=5 if usual else 4).rotation / ARCMIN
     for value, reference in zip(found, expected, strict=True):
         if reference is not None:
             assert value == pytest.approx(reference, rel=within)
@@ -228,6 +242,23 @@ def test_rotation_depends_on_torque_per_width_and_turns_with_the_pitch():
     assert twice.rotation[0] == pytest.approx(once.rotation[0], rel=1e-6)
     assert turned.rotation[0] == pytest.approx(once.rotation[0], rel=1e-3)
     np.testing.assert_allclose(np.roll(turned.forces[0], -1), once.forces[0], rtol=0.005, atol=1.0)
+
+
+@pytest.mark.slow
+def test_a_lobe_that_touches_beside_the_part_meshed_first_carries_its_share(monkeypatch):
+    """Where play lets the flanks move by more than the width meshed at first, a lobe carries a
+    tenth of the load as if all of its flank were meshed, though no node of that part closes.
+    """
+    stage = Stage(0.034, 0.003, 0.0024, 10)
+    play = np.where(np.arange(10) == 4, 57e-6, 150e-6)
+    solve = functools.partial(
+        loaded_stage, stage, ElasticBody("planet", 0.012, 2e9, 0.38), None, 0.008, gaps=play
+    )
+    found = solve(torques=np.array([2.5]), intervals=3).forces[0]
+    monkeypatch.setattr(selection, "_REACH", 6.0)
+    wide = solve(torques=np.array([2.5])).forces[0]
+    assert wide[4] > 0.09 * wide.sum()
+    np.testing.assert_allclose(found, wide, rtol=0, atol=0.016 * wide.sum())
 
 
 @pytest.mark.slow

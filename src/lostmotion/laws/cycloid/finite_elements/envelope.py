@@ -166,9 +166,8 @@ def envelope_contacts(
     theta = -stage.lobes * t
     beyond = min(_BEYOND * 2 * math.pi / stage.pins, 1.0)
     points = planet + flank(stage, t)[0] @ np.array([1, 1j]) * np.exp(1j * turn)
-    near = ((theta + beyond) % (2 * math.pi) < math.pi + 2 * beyond) & (
-        _nearest(stage, points)[1] < closest(theta)
-    )
+    near = (theta + beyond) % (2 * math.pi) < math.pi + 2 * beyond
+    near[near] = _nearest(stage, points[near])[1] < closest(theta[near])
     first = int(np.flatnonzero(~near)[0])
     rolled = np.roll(near, -first)
     starts, ends = (
@@ -307,11 +306,13 @@ def _nearest(stage: Stage, points: Points) -> tuple[Points, Floats, Floats]:
     turned = points * np.exp(-1j * crest)
     turned = np.where(before, np.conj(turned), turned)
     branch = _second_branch(stage)
-    _, k = branch.tree.query(np.stack([turned.real, turned.imag], axis=-1))
-    beside = (turned - branch.points[k]) * np.conj(branch.tangent[k])
-    of_cut = 1j * branch.tangent[k] * np.exp(1j * branch.turning[k] * beside.real)
     from_pin = turned - stage.ring_radius
     on_arc = np.angle(-np.conj(from_pin)) < np.angle(-np.conj(branch.points[0] - stage.ring_radius))
+    k = np.zeros(turned.shape, dtype=np.int64)
+    cut = turned[~on_arc]
+    k[~on_arc] = branch.tree.query(np.stack([cut.real, cut.imag], axis=-1))[1]
+    beside = (turned - branch.points[k]) * np.conj(branch.tangent[k])
+    of_cut = 1j * branch.tangent[k] * np.exp(1j * branch.turning[k] * beside.real)
     normal = np.where(on_arc, from_pin / np.abs(from_pin), of_cut)
     gap = np.where(
         on_arc,

@@ -7,6 +7,7 @@ The equations are those of `stage`; lengths in mm, pressures in MPa.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -24,6 +25,22 @@ if TYPE_CHECKING:
 _MOST_STEPS: Final = 100
 _MOST_SLIPS: Final = 30
 _SLIP: Final = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """A stage under one torque.
+
+    pressures  (node,) MPa
+    gaps       (node,) weighted with the hat function of each node, mm^2
+    turn       rotation, rad
+    slope      its derivative by the load, rad/N
+    """
+
+    pressures: Floats
+    gaps: Floats
+    turn: float
+    slope: float
 
 
 class System:
@@ -55,10 +72,8 @@ class System:
         self.turning = -sense * along
         self.radial = self.area * ((1 if made.stage.has_planet_pins else -1) * along)[self.contact]
 
-    def solve(self, load: float) -> tuple[Floats, float, float]:
-        """Return pressures (MPa), rotation (rad) and its derivative by the load, under a torque per
-        width (N).
-        """
+    def solve(self, load: float) -> Solved:
+        """Return the stage under a torque per width (N)."""
         turn, slip = 0.0, np.zeros(len(self.at))
         for _ in range(_MOST_SLIPS):
             # Newton's method: gap + area slip^2/(2 R) + radial turn^2/2, linear in the change of
@@ -66,23 +81,17 @@ class System:
             weight = (self.bend * slip[self.contact])[:, None] * self.sliding[self.contact]
             arm = self.arm - self.bend * (slip * self.turning)[self.contact] - self.radial * turn
             gap = self.gap - self.bend * (slip**2)[self.contact] / 2 - self.radial * turn**2 / 2
-            pressures, found, slope = self._closed(
-                self.compliance + weight + weight.T, arm, gap, load
-            )
-            slip = self.sliding @ pressures + self.turning * found
-            if abs(found - turn) <= _SLIP * found:
-                return pressures, found, slope
-            turn = found
+            found = self._closed(self.compliance + weight + weight.T, arm, gap, load)
+            slip = self.sliding @ found.pressures + self.turning * found.turn
+            if abs(found.turn - turn) <= _SLIP * found.turn:
+                return found
+            turn = found.turn
         raise DidNotConvergeError(
             "the slip of the flanks does not settle: take a smaller torque or a stiffer material"
         )
 
-    def _closed(
-        self, compliance: Floats, arm: Floats, gap: Floats, load: float
-    ) -> tuple[Floats, float, float]:
-        """Return pressures, rotation and its derivative by the load, by the active set method from
-        the middle of every contact.
-        """
+    def _closed(self, compliance: Floats, arm: Floats, gap: Floats, load: float) -> Solved:
+        """Return the stage by the active set method from the middle of every contact."""
         closed = np.concatenate(
             [np.abs(places - places.mean()) < np.ptp(places) / 4 for places in self.at.values()]
         ) & (arm > 0)
@@ -97,9 +106,10 @@ class System:
             pressures = np.zeros(len(gap))
             pressures[mine] = solved[:-1, 0]
             turn = float(solved[-1, 0])
-            after = np.where(closed, pressures > 0, gap + compliance @ pressures - turn * arm < 0)
+            gaps = gap + compliance @ pressures - turn * arm
+            after = np.where(closed, pressures > 0, gaps < 0)
             if (after == closed).all():
-                return pressures, turn, float(solved[-1, 1])
+                return Solved(pressures, gaps, turn, float(solved[-1, 1]))
             # one node at least must carry the torque
             closed = (
                 after
@@ -108,18 +118,42 @@ class System:
             )
         raise DidNotConvergeError("no equilibrium of the contacts was found")
 
-    def outgrown(
-        self, pressures: Floats
-    ) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.bool_]], bool]:
-        """Return which contacts carry pressure at an edge under any of the pressures (torque,
-        node), and whether an outermost contact carries any.
+    def outgrown(self, found: list[Solved]) -> tuple[Floats, bool]:
+        """Return how far each contact should reach, over half of its length, and whether an
+        outermost contact carries pressure.
+
+        Zero stands for far enough, one for pressure at an edge under any of the torques. If no
+        contact has any, the places count where gaps close beyond an edge: before, the wheels turn
+        too far, and more gaps seem to close.
         """
-        loaded = pressures.max(axis=0) > 0
+        loaded = np.max([each.pressures for each in found], axis=0) > 0
         of_contact = [loaded[self.contact == n] for n in range(len(self.at))]
-        at_edge = np.array([each[0] or each[-1] for each in of_contact])
-        return at_edge, len(self.at) < self.count and bool(
+        reach = np.array([float(each[0] or each[-1]) for each in of_contact])
+        if not reach.any():
+            reach = np.max([self._closing(each.gaps) for each in found], axis=0)
+        return reach, len(self.at) < self.count and bool(
             of_contact[0].any() or of_contact[-1].any()
         )
+
+    def _closing(self, gaps: Floats) -> Floats:
+        """Return where gaps close beyond an end of their contacts, over half of these, and zero for
+        others. A gap continues as the parabola at the last three nodes.
+
+        By the rotation the flanks move along each other, and touch beside the place that they touch
+        without load.
+        """
+        half = MM * np.array([np.ptp(places) / 2 for places in self.at.values()])
+        start = np.searchsorted(self.contact, np.arange(len(self.at) + 1))[:, None]
+        out = np.zeros(len(self.at))
+        for nodes, end in ((start[:-1] + np.arange(3), 0), (start[1:] - [3, 2, 1], -1)):
+            weights = np.stack([self.area[nodes], self.first[nodes], self.second[nodes]], axis=-1)
+            level, slope, bend = np.linalg.solve(weights, gaps[nodes][..., None])[..., 0].T
+            at_end = MM * np.array([places[end] for places in self.at.values()])
+            inwards = (slope + 2 * bend * at_end) * (-1 if end else 1)
+            closes = (inwards > 0) & (slope**2 > 4 * level * bend)
+            lowest = np.abs(slope / np.where(bend > 0, 2 * bend, np.inf)) / half
+            out = np.where(closes, np.maximum(lowest, 1.0), out)
+        return out
 
     def by_lobe(self, pressures: Floats) -> tuple[Floats, Floats, Floats]:
         """Return forces per width (torque, contact), N/mm, largest pressures (torque, contact),

@@ -51,17 +51,11 @@ class OnPins:
             for k in _candidates(self._made, self._beyond)
         }
 
-    def grow(
-        self,
-        at: dict[int, Floats],
-        at_edge: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-        *,
-        at_last: bool,
-    ) -> None:
-        """Widen the contacts with pressure at their edges, and mesh more contacts where an
-        outermost one carries.
+    def grow(self, at: dict[int, Floats], reach: Floats, *, at_last: bool) -> None:
+        """Widen the contacts that should reach farther (`System.outgrown`), and mesh more contacts
+        where an outermost one carries.
         """
-        self._half[list(at)] *= np.where(at_edge, _GROWTH, 1.0)
+        self._half[list(at)] *= np.where(reach > 0, _GROWTH * reach, 1.0)
         self._beyond += at_last
 
 
@@ -87,13 +81,7 @@ class OnEnvelope:
         """Return the contacts, and the ends of the intervals of each."""
         return envelope_contacts(self._stage, self._crank, self._relief, self._closest, self._step)
 
-    def grow(
-        self,
-        _at: dict[int, Floats],
-        _at_edge: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-        *,
-        at_last: bool,  # noqa: ARG002
-    ) -> None:
+    def grow(self, _at: dict[int, Floats], _reach: Floats, *, at_last: bool) -> None:  # noqa: ARG002
         """Widen all contacts."""
         self._reach *= _GROWTH
 

@@ -32,7 +32,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import ring_reach
 from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
-from lostmotion.laws.cycloid.finite_elements.equilibrium import System
+from lostmotion.laws.cycloid.finite_elements.equilibrium import Solved, System
 from lostmotion.laws.cycloid.finite_elements.mesh import (
     MM,
     Blank,
@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from lostmotion.laws.perforated_disc_series import Holes
     from lostmotion.spatial import Floats
 
-# How often contacts grow where pressure reaches their edges.
-_MOST_GROWTHS: Final = 5
+# How often contacts grow where pressure reaches their edges, or gaps close beyond them.
+_MOST_GROWTHS: Final = 8
 # Angles at which the relief of an envelope stage is checked.
 _ROUND: Final = 721
 # Thinnest web around a hole, over its radius.
@@ -181,26 +181,27 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     kept = Meshes() if meshes is None else meshes
     for _ in range(_MOST_GROWTHS):
         made, at = flanks.chosen()
-        own_gap = np.zeros(len(made.theta)) if envelope else gap
-        coarse, fine, system = _on_two_meshes(
+        two = _TwoMeshes(
             made,
             at,
             (planet, ring),
-            (width, torques, own_gap),
+            (width, torques, np.zeros(len(made.theta)) if envelope else gap),
             (order, terms, intervals),
             kept,
             progress,
         )
-        pressures = np.array([each for each, _, _ in fine])
-        at_edge, at_last = system.outgrown(pressures)
-        if not (at_edge.any() or at_last):
+        system, fine = two.solved(1)
+        pressures = np.array([each.pressures for each in fine])
+        reach, at_last = system.outgrown(fine)
+        if not (reach.any() or at_last):
             break
-        flanks.grow(at, at_edge, at_last=at_last)
+        flanks.grow(at, reach, at_last=at_last)
     else:
         raise DidNotConvergeError(
             "the contacts outgrow their lobes: take a smaller torque or a stiffer material"
         )
-    turn, before = (np.array([each for _, each, _ in found]) for found in (fine, coarse))
+    _, coarse = two.solved(0)
+    turn, before = (np.array([each.turn for each in found]) for found in (fine, coarse))
     forces, peak, half_width = system.by_lobe(pressures)
     return Loaded(
         torque=np.asarray(torques, dtype=float),
@@ -208,7 +209,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
         place=made.place,
         rotation=turn + (turn - before) / (2**_CONVERGENCE - 1),
         error=np.abs(turn - before),
-        stiffness=np.array([width / slope for _, _, slope in fine]),
+        stiffness=np.array([width / each.slope for each in fine]),
         forces=forces * width * MM,
         peak=peak * MM**2,
         half_width=half_width / MM,
@@ -217,43 +218,48 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     )
 
 
-_Solved = list[tuple["Floats", float, float]]
+class _TwoMeshes:
+    """A stage on a coarser mesh (level 0) and a finer one (level 1)."""
 
+    def __init__(
+        self,
+        made: Contacts | EnvelopeContacts,
+        at: dict[int, Floats],
+        bodies: tuple[ElasticBody, ElasticBody | None],
+        loads: tuple[float, Floats, Floats],
+        detail: tuple[int, int, int],
+        meshes: Meshes,
+        progress: Callable[[str, int, int], None],
+    ) -> None:
+        """Mesh the wheels.
 
-def _on_two_meshes(
-    made: Contacts | EnvelopeContacts,
-    at: dict[int, Floats],
-    bodies: tuple[ElasticBody, ElasticBody | None],
-    loads: tuple[float, Floats, Floats],
-    detail: tuple[int, int, int],
-    meshes: Meshes,
-    progress: Callable[[str, int, int], None],
-) -> tuple[_Solved, _Solved, System]:
-    """Return pressures, rotation and its derivative for every torque on the coarser and the finer
-    mesh, and the system of the finer one.
+        detail  order of the elements, terms over the width, and intervals of a contact
+        """
+        self._made, self._at, self._loads, self._progress = made, at, loads, progress
+        self._order, self._terms, intervals = detail
+        coarse = _COARSE * 2 * math.pi * made.stage.ring_radius / made.stage.pins * 5 / intervals
+        self._blanks = _blanks(made, at, *bodies)
+        self._meshes = []
+        for n, blank in enumerate(self._blanks):
+            self._show("meshing", n)
+            self._meshes.append(meshes.of(blank, coarse))
+        _check_size(max(int(mesh.ne) for mesh, _ in self._meshes), self._order, self._terms)
 
-    detail  order of the elements, terms over the width, and intervals of a contact
-    """
-    (width, torques, gap), (order, terms, intervals) = loads, detail
-    coarse = _COARSE * 2 * math.pi * made.stage.ring_radius / made.stage.pins * 5 / intervals
-    blanks = _blanks(made, at, *bodies)
-    steps = 3 * len(blanks) + 1
-    of_wheels = []
-    for n, blank in enumerate(blanks):
-        progress("finite elements: meshing", n, steps)
-        of_wheels.append(meshes.of(blank, coarse))
-    _check_size(max(int(mesh.ne) for mesh, _ in of_wheels), order, terms)
-    found = []
-    for level in range(2):
+    def solved(self, level: int) -> tuple[System, list[Solved]]:
+        """Return the system on one of the meshes, and its solution for every torque."""
+        width, torques, gap = self._loads
+        at = {k: _halved(places) for k, places in self._at.items()} if level else self._at
         wheels = []
-        for n, blank in enumerate(blanks):
-            progress("finite elements: solving", (level + 1) * len(blanks) + n, steps)
-            law = Elasticity(blank.body, width, terms)
-            wheels.append(ElasticWheel(blank, law, made, at, of_wheels[n][level], order))
-        system = System(made, at, gap, tuple(wheels))
-        found.append([system.solve(float(torque) / width) for torque in torques])
-        at = {k: _halved(places) for k, places in at.items()}
-    return found[0], found[1], system
+        for n, (blank, meshes) in enumerate(zip(self._blanks, self._meshes, strict=True)):
+            # the finer one is solved first
+            self._show("solving", (2 - level) * len(self._blanks) + n)
+            law = Elasticity(blank.body, width, self._terms)
+            wheels.append(ElasticWheel(blank, law, self._made, at, meshes[level], self._order))
+        system = System(self._made, at, gap, tuple(wheels))
+        return system, [system.solve(float(torque) / width) for torque in torques]
+
+    def _show(self, what: str, done: int) -> None:
+        self._progress(f"finite elements: {what}", done, 3 * len(self._blanks) + 1)
 
 
 def _check_size(elements: int, order: int, terms: int) -> None:
