@@ -214,28 +214,39 @@ def test_a_changed_constant_of_another_file_changes_the_result(tmp_path):
     assert results == ["2.0 0\n", "3.0 0\n", "2.0 1\n"]
 
 
-_COLUMNS = """
-import hashlib, sys
+_BITS = """
+import hashlib
 import numpy as np
-import lostmotion
-from lostmotion.error_model.pose_matrix import pose_matrix
-from lostmotion.parts.gearbox.cycloidal import model
-model.GEARBOXES, model._HARMONIC_GEARBOXES = 16, 4  # the kernels are the same for a few
-arm = lostmotion.read(sys.argv[1])
-low, high = arm.limits.T
-poses = low + (high - low) * np.random.default_rng(1).random((8, len(low)))
-print(hashlib.sha256(pose_matrix(arm, poses).tool.tobytes()).hexdigest())
+from lostmotion.laws.cycloid.bodies import ElasticBody, flexibility
+from lostmotion.laws.cycloid.contact import Flanks, Supports, load_sharing
+from lostmotion.laws.cycloid.stage import Stage
+from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RowSeat
+drawn = np.random.default_rng(1)
+stage, flanks, crank = Stage(0.05, 0.003, 0.0012, 20), Flanks(0.01, 1.15e11, bending=2e-9), np.array([0.0, 0.05, 1.7])
+bodies = flexibility(stage, ElasticBody("planet", 0.02, 210e9, 0.3), 0.01, crank)
+gaps = drawn.normal(1e-6, 2e-6, (3, 30, 20))
+for each in (None, bodies):
+    found = load_sharing(stage, flanks, [-100.0, -3.0, 20.0, 200.0], crank, gaps, Supports(3e8, 1e6, 0.03), bodies=each)
+    print(hashlib.sha256(found.rotation.tobytes() + found.forces.tobytes() + found.stiffness.tobytes()).hexdigest())
+ball = BallRow(count=15, ball=9.5e-3, pitch=60e-3, contact_angle=0.4)
+pair = RowSeat(ball, 0.02, preload_shift=5e-6), RowSeat(ball, -0.02, mirrored=True, preload_shift=5e-6)
+load = drawn.normal(size=(100, 5)) * [2000, 2000, 1000, 30, 30]
+for seats in (pair, (RowSeat(CrossedRow(count=40, length=6e-3, pitch=80e-3)),)):
+    found = shaft_equilibrium(seats, load, 1e-6)
+    print(hashlib.sha256(found.displacement.tobytes() + found.stiffness.tobytes()).hexdigest())
 """
 
 
 @pytest.mark.slow
 def test_kernels_from_the_cache_give_the_bits_of_those_just_compiled(tmp_path):
-    """Bearings and drives of a drawn arm: their kernels fuse products and sums."""
+    """Bearings and drives with rigid and with elastic discs: their kernels fuse products and
+    sums.
+    """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    arm = Path(__file__).parents[1] / "examples" / "arm-from-drawings.toml"
     compiled_now, from_cache = (
         subprocess.run(
-            [sys.executable, "-c", _COLUMNS, str(arm)],
+            [sys.executable, "-c", _BITS],
             env=environment,
             capture_output=True,
             text=True,
@@ -244,3 +255,4 @@ def test_kernels_from_the_cache_give_the_bits_of_those_just_compiled(tmp_path):
         for _ in range(2)
     )
     assert compiled_now == from_cache
+    assert len(set(compiled_now.split())) == 4

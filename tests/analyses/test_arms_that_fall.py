@@ -4,6 +4,8 @@ of the poses where they stand.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -56,6 +58,7 @@ def test_a_pendulum_falls_upright_alone():
     assert "falls" not in whole.sheet.verdict
 
 
+@functools.cache  # where an arm stands is kept with it
 def two(stiffness):
     """Return two links in the vertical plane on equal springs."""
     joints = [

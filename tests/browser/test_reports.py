@@ -94,6 +94,7 @@ VIOLATIONS = """axe.run({resultTypes: ['violations']}).then(
     found => found.violations.map(each => each.id + ': ' + each.nodes.map(node => node.target.join(' ')).join(', ')))"""
 
 pytestmark = [
+    pytest.mark.few_counts,
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine"),
 ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from lostmotion.mechanism.equilibrium import displacement
 from lostmotion.mechanism.even_poses import even_poses
+from lostmotion.mechanism.standing import settled_at
 from lostmotion.mechanism.state import BLOCK, states_of
 
 if TYPE_CHECKING:
@@ -39,9 +40,15 @@ def droop(arm: Arm) -> Droop:
     """
     found, falls_at = [], []
     poses = even_poses(arm)[::_EACH]
-    # the steps of a soft arm take nearly the same time for any number of poses
-    for _, state in states_of(arm, poses, len(poses) if arm.soft_freedoms else BLOCK):
-        settled = state.settled().equilibrium
+    # The steps of a soft arm take nearly the same time for any number of poses, and several sheets
+    # state its droop.
+    states = (
+        [settled_at(arm, poses)]
+        if arm.soft_freedoms
+        else (state.settled() for _, state in states_of(arm, poses, BLOCK))
+    )
+    for state in states:
+        settled = state.equilibrium
         if settled is None:  # of first order
             found.append(state.sag.T)
             falls_at.append(np.full(len(state), -1))
