@@ -75,10 +75,10 @@ def unwanted(text):
     ]
 
 
-@pytest.mark.parametrize("path", [*PAGES, *SOURCES], ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_text_is_written_in_the_terms_of_the_trade(path):
+def test_a_text_is_written_in_the_terms_of_the_trade():
     """A reader can search for every term in a textbook."""
-    assert not unwanted(path.read_text("utf-8"))
+    found = {path: unwanted(path.read_text("utf-8")) for path in (*PAGES, *SOURCES)}
+    assert {str(path.relative_to(ROOT)): hits for path, hits in found.items() if hits} == {}
 
 
 @pytest.mark.parametrize(
@@ -146,10 +146,9 @@ class A:
     )
 
 
-@pytest.mark.parametrize("path", TESTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
-    """Names of files and functions, docstrings and comments of tests follow the same rule; data and
-    messages in them may contain anything.
+def words_of(path):
+    """Return the names of a test's file and functions, its docstrings and comments, by where they
+    are.
     """
     source = path.read_text("utf-8")
     texts = {f"name of {path.name}": path.stem.replace("_", " ")}
@@ -165,22 +164,41 @@ def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
         for token in tokenize.generate_tokens(io.StringIO(source).readline)
         if token.type == tokenize.COMMENT
     )
-    texts |= {f"line {token.start[0]}, comment": token.string for token in comments}
-    assert not {place: unwanted(text) for place, text in texts.items() if unwanted(text)}
+    return texts | {f"line {token.start[0]}, comment": token.string for token in comments}
 
 
-@pytest.mark.parametrize(
-    "path",
-    [path for path in SOURCES if path.suffix == ".py"],
-    ids=lambda path: str(path.relative_to(ROOT)),
-)
-def test_a_docstring_states_what_a_function_returns_or_does(path):
+def test_a_test_is_named_and_described_in_the_terms_of_the_trade():
+    """Names of files and functions, docstrings and comments of tests follow the same rule; data and
+    messages in them may contain anything.
+    """
+    found = {
+        f"{path.relative_to(ROOT)}, {place}": unwanted(text)
+        for path in TESTS
+        for place, text in words_of(path).items()
+    }
+    assert {place: hits for place, hits in found.items() if hits} == {}
+
+
+def opens_badly(docstring):
+    """Return whether documentation opens with a question, or with a word that is no statement."""
+    opening = docstring.partition("\n\n")[0]
+    return "?" in opening or opening.partition(" ")[0] in {"Give", "Gives", "Tell", "Say"}
+
+
+def test_a_docstring_states_what_a_function_returns_or_does():
     """Documentation opens with a statement, "Return the ...", "Write ...", and asks no question."""
-    for node in statements(path.read_text("utf-8")):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            opening = (ast.get_docstring(node) or "").partition("\n\n")[0]
-            assert "?" not in opening, opening
-            assert opening.partition(" ")[0] not in {"Give", "Gives", "Tell", "Say"}, opening
+    assert opens_badly("Give the sum.")
+    assert opens_badly("How large\nis it?")
+    assert not opens_badly("Return the sum.\n\nIs it large?")
+    documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+    found = [
+        f"{path.relative_to(ROOT)}, line {getattr(node, 'lineno', 1)}"
+        for path in SOURCES
+        if path.suffix == ".py"
+        for node in statements(path.read_text("utf-8"))
+        if isinstance(node, documented) and opens_badly(ast.get_docstring(node) or "")
+    ]
+    assert found == []
 
 
 # A search term, the page and the heading that must explain it, and a word of the explanation.
