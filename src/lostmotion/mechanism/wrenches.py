@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
     from lostmotion.mechanism.tool import Payload
     from lostmotion.spatial import Floats
+
+_NONE: Final = (0.0, 0.0, 0.0)
 
 
 def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) -> Floats:
@@ -26,7 +28,13 @@ def place_wrenches(tree: Tree, at: Floats, payload: Payload, gravity: Floats) ->
     moment of the payload act on the tool, in its axes.
     """
     tool = len(at) - 1
-    weights = _weights(tree, tool, payload) if gravity.any() else {}
+    weights: dict[int, list[PlacedMass]] = {}
+    for weight in (
+        PlacedMass(tool, tool, payload.mass, np.array(payload.centre_of_mass)),
+        *tree.masses,
+    ):
+        if weight.mass and gravity.any():
+            weights.setdefault(weight.on, []).append(weight)
     force, moment = np.zeros((2, len(at), 3, at.shape[1])).transpose(0, 1, 3, 2)
     if not (weights or any(payload.force) or any(payload.moment)):  # an arm without any load
         return _about_places(at, force, moment)
@@ -71,44 +79,8 @@ def weights_by_axis(tree: Tree, at: Floats, payload: Payload) -> Floats:
     """Return the wrenches of all weights per unit of gravity along each axis of the base (3, place,
     pose, 6), N m and N per m/s^2; arguments as `place_wrenches`.
     """
-    tool = len(at) - 1
-    weights = _weights(tree, tool, payload)
-    # Mass outboard of each place, and its first moment (place, pose, 3), kg m, about the base's
-    # origin: both are the same for gravity along any axis.
-    mass, first = np.zeros(len(at)), np.zeros((len(at), 3, at.shape[1])).transpose(0, 2, 1)
-    for k in range(tool, -1, -1):
-        for weight in weights.get(k, ()):
-            mass[k] += weight.mass
-            centre = at[weight.at][:, :3, 3] + out_of(at[weight.at], weight.centre)
-            first[k] += weight.mass * centre
-        if k:
-            parent = tree.places[k].parent
-            mass[parent] += mass[k]
-            first[parent] += first[k]
-    first -= at[:, :, :3, 3] * mass[:, None, None]
-    # The moment first x axis, and the force along the axis, in the axes of each place.
-    out = np.empty((3, len(at), 6, at.shape[1]))
-    about = first.transpose(2, 0, 1)
-    rows = [at[:, :, i, :3].transpose(0, 2, 1) for i in range(3)]
-    for axis in range(3):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        np.multiply(about[j][:, None], rows[i], out=out[axis, :, :3])
-        out[axis, :, :3] -= about[i][:, None] * rows[j]
-        np.multiply(mass[:, None, None], rows[axis], out=out[axis, :, 3:])
-    out += 0.0  # of no sign where it is zero
-    return out.transpose(0, 1, 3, 2)
-
-
-def _weights(tree: Tree, tool: int, payload: Payload) -> dict[int, list[PlacedMass]]:
-    """Return the weights of the payload and of the arm by the place that carries them."""
-    out: dict[int, list[PlacedMass]] = {}
-    for weight in (
-        PlacedMass(tool, tool, payload.mass, np.array(payload.centre_of_mass)),
-        *tree.masses,
-    ):
-        if weight.mass:
-            out.setdefault(weight.on, []).append(weight)
-    return out
+    weight_only = payload.model_copy(update={"force": _NONE, "moment": _NONE})
+    return np.stack([place_wrenches(tree, at, weight_only, axis) for axis in np.eye(3)])
 
 
 def process_wrenches(tree: Tree, at: Floats, payload: Payload) -> Floats:
