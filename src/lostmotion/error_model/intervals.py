@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import functools
 import math
-from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -96,24 +95,30 @@ class Spread:
     half: float
 
 
-def quantile(hist: np.ndarray, level: float, first: int = 0) -> float:
+def quantile(hist: np.ndarray, level: float) -> float:
     """Return the quantile (m) at `level`, 0..1, of a histogram of lengths, by linear interpolation
     in bins of 0.3 % width.
 
     Zero below a nanometre and infinite from 16 m, where the histogram ends.
-
-    first  bin with which `hist` begins; where that is not the first of all, it is empty
     """
-    cumulative = np.cumsum(hist)
-    rank = level * cumulative[-1]
-    at = bisect_left(cumulative, rank)  # NumPy's search would convert all counts to fractions
-    if at == 0:
-        return 0.0
-    if first + at == BINS - 1:
-        return math.inf  # the last bin counts all larger errors
-    before = float(cumulative[at - 1])
-    low, high = (float(edge) for edge in _edges()[first + at : first + at + 2])
-    return float(low + (high - low) * max(rank - before, 0.0) / max(float(hist[at]), 1.0))
+    return float(_quantiles(hist[None], level)[0])
+
+
+def _quantiles(hists: np.ndarray, level: float, first: int = 0) -> Floats:
+    """Return the `quantile` (member,), m, of each histogram (member, bin).
+
+    first  bin with which they begin; where that is not the first of all, it is empty
+    """
+    cumulative = np.cumsum(hists, axis=1)
+    rank = level * cumulative[:, -1]
+    at = np.count_nonzero(cumulative < rank[:, None], axis=1)
+    member = np.arange(len(hists))
+    before = cumulative[member, np.maximum(at - 1, 0)]
+    low, high = (_edges()[first + at + n] for n in (0, 1))
+    out = low + (high - low) * np.maximum(rank - before, 0.0) / np.maximum(hists[member, at], 1)
+    out[at == 0] = 0.0
+    out[first + at == BINS - 1] = math.inf  # the last bin counts all larger errors
+    return np.asarray(out)
 
 
 def pooled_quantile(
@@ -231,19 +236,9 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
     # all where there are no errors.
     filled = whole > 0
     first, end = max(int(filled.argmax()) - 1, 0), len(filled) - int(filled[::-1].argmax())
-    rest = whole[first:end] - hists[:, first:end]
-    # as `quantile`, of all members at once
-    cumulative = np.cumsum(rest, axis=1)
-    rank = level * cumulative[:, -1]
-    at = np.count_nonzero(cumulative < rank[:, None], axis=1)
-    member = np.arange(count)
-    before = cumulative[member, np.maximum(at - 1, 0)]
-    low, high = (_edges()[first + at + n] for n in (0, 1))
-    inside = low + (high - low) * np.maximum(rank - before, 0.0) / np.maximum(rest[member, at], 1)
-    inside[at == 0] = 0.0
-    inside[first + at == BINS - 1] = math.inf
+    rest = _quantiles(whole[first:end] - hists[:, first:end], level, first)
     with np.errstate(invalid="ignore"):  # infinite with and without a member: unknown
-        return np.asarray(count * of_all - (count - 1) * inside)
+        return np.asarray(count * of_all - (count - 1) * rest)
 
 
 def quantile_drop(
