@@ -5,7 +5,6 @@ the results are those of closed forms.
 from __future__ import annotations
 
 import doctest
-import importlib.util
 import json
 import math
 import os
@@ -20,7 +19,8 @@ from typing import NamedTuple
 
 import pytest
 
-from lostmotion import compile_cache
+from lostmotion.compile_cache import folder_of
+from lostmotion.source_hash import LAYERS
 from tests.docs.pages import ROOT, Snippet, snippets
 
 PAGE = ROOT / "docs" / "extending.md"
@@ -106,27 +106,23 @@ def copy(tmp_path_factory):
         path.write_text(
             text.replace(change.before, change.after) if change.before else change.after, "utf-8"
         )
-    _take_kernels(made.folder / "lostmotion")
+    _take_kernels(made)
     for line in _commands(outside=False):
         # the closed form is that of every pose
         made.run("-m", *line, *(("--poses", "16") if "study" in line else ()))
     return made
 
 
-def _take_kernels(package: Path) -> None:
+def _take_kernels(made: Copy) -> None:
     """Copy the compiled kernels to where the changed package looks for its own: no block changes a
     kernel or what one reads, but the hash of a layer covers all of its files.
     """
-    spec = importlib.util.spec_from_file_location("hash_of_copy", package / "source_hash.py")
-    of_copy = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(of_copy)
-    for layer in of_copy.LAYERS:
-        usual = compile_cache.folder_of(layer)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(compile_cache, "source_hash", of_copy.source_hash)
-            own = compile_cache.folder_of.__wrapped__(layer)
-        if usual and own and usual.is_dir() and not own.is_dir():
-            shutil.copytree(usual, own)
+    asked = "from lostmotion.compile_cache import folder_of as at\nfor each in {}: print(at(each))"
+    own = made.run("-c", asked.format(LAYERS)).splitlines()
+    for layer, folder in zip(LAYERS, own, strict=True):
+        usual = folder_of(layer)
+        if usual and usual.is_dir() and not Path(folder).is_dir():
+            shutil.copytree(usual, folder)
 
 
 def _commands(*, outside: bool) -> list[list[str]]:
