@@ -2,6 +2,7 @@
 
 import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Final
@@ -14,10 +15,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm, Study, study
 from lostmotion.accuracy import workspace
+from lostmotion.analyses.sizing import command as sizing_command
+from lostmotion.analyses.sizing import selection, sizing
 from lostmotion.error_model import few_poses
 from lostmotion.maps import validation_points
 from lostmotion.parts.gearbox.cycloidal import examined, model
-from lostmotion.propagation import exact
+from lostmotion.propagation import exact, factor_metrics
 from lostmotion.propagation.montecarlo import bands
 from lostmotion.reporting import svg
 from tests.arms import arm_of
@@ -83,3 +86,19 @@ def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
     the page all the same, and is not written as SVG.
     """
     monkeypatch.setattr(svg, "raw_svg", lambda _: '<svg viewBox="0 0 1 1"></svg>')
+
+
+@pytest.fixture(scope="module")
+def few_samples() -> Iterator[None]:
+    """Allocate a target by 16 thousand samples in place of 262 thousand, and study selected parts
+    with 64 poses, 32 robots and 3 visits, and compute trade-offs at two limits or at two targets
+    besides the stated one: for files of tests of words, keys and files, not of figures.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(factor_metrics, "_SAMPLES", 1 << 14)
+        patch.setattr(sizing_command, "DEFAULT_POSES", 64)
+        patch.setattr(sizing_command, "DEFAULT_ROBOTS", 32)
+        patch.setattr(sizing_command, "DEFAULT_VISITS", 3)
+        patch.setattr(sizing, "SCALES", (1.0, 2.0))
+        patch.setattr(selection, "SCALES", (0.9, 1.1))
+        yield

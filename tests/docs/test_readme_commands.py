@@ -7,10 +7,6 @@ import shlex
 
 import pytest
 
-from lostmotion.analyses.sizing import command as sizing
-from lostmotion.analyses.sizing import selection
-from lostmotion.analyses.sizing import sizing as links
-from lostmotion.propagation import factor_metrics
 from tests.command import carried_out
 from tests.docs.pages import ROOT
 
@@ -42,6 +38,8 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.slow
+# what `size` studies has no option, nor have the samples with which `target` solves
+@pytest.mark.usefixtures("few_samples")
 @pytest.mark.parametrize(
     "command",
     [
@@ -53,17 +51,10 @@ def folder(tmp_path_factory):
         ),
     ],
 )
-def test_a_command_of_the_readme_runs_as_printed(command, folder, monkeypatch, request):
+def test_a_command_of_the_readme_runs_as_printed(command, folder, request):
     """It ends with exit code 0 and an answer, on lines of 80 columns, and the report that it names
     lies in the folder.
     """
-    # what `size` studies has no option, nor have the samples with which `target` solves
-    for name, count in (("POSES", 128), ("ROBOTS", 100), ("VISITS", 5)):
-        monkeypatch.setattr(sizing, f"DEFAULT_{name}", count)
-    monkeypatch.setattr(factor_metrics, "_SAMPLES", 1 << 13)
-    # targets and limits of its trade-off, of five and nine
-    monkeypatch.setattr(selection, "SCALES", (1.1,))
-    monkeypatch.setattr(links, "SCALES", (1.0, 2.0))
     words = shlex.split(command)[1:]
     if command != COMMANDS[0]:
         words += FEWER.get(words[0], "").split()

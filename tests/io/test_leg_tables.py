@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing import sizing
 from lostmotion.io.arm_writer import NewParts, reads_back, sized_toml
 from lostmotion.parts.section import Tube
 
@@ -58,14 +57,12 @@ def test_a_part_that_some_copies_get_is_stated_by_each(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("unpainted")
+@pytest.mark.usefixtures("unpainted", "few_samples")
 @pytest.mark.parametrize("name", ["delta-printer", "hexapod"])
-def test_the_links_of_closed_chains_with_legs_are_sized(name, tmp_path, monkeypatch):
+def test_the_links_of_closed_chains_with_legs_are_sized(name, tmp_path):
     """The search for worse poses passes those at which the chain is not assembled, and the sized
     file is read as the sized arm.
     """
-    # limits of the trade-off, of nine
-    monkeypatch.setattr(sizing, "SCALES", (1.0, 2.0))
     found = lostmotion.size(DELTA.with_name(f"{name}.toml"), poses=32)
     assert found.is_met
     found.report(tmp_path / "sized")
