@@ -6,7 +6,7 @@ import numpy as np
 
 from lostmotion.compiled import compiled
 from lostmotion.mechanism.closed_arrays import ASSEMBLED, MET, NOT_ASSEMBLED, SINGULAR
-from lostmotion.mechanism.closed_kernel import close, same_side, write_tool_columns
+from lostmotion.mechanism.closed_kernel import close, copy, same_side, write_tool_columns
 
 # Misfit on the way to another pose, and the shortest part of a step.
 _NEARLY_MET = 1e-3
@@ -32,7 +32,8 @@ def assemble(chain, home, longest, start, before, q, at, motions, columns, probl
             most = max(most, np.ceil(abs(q[p, d] - home[d]) / longest[d]))
         stride, done, side = 1 / most, 0.0, before.copy()
         step = stride
-        motions[p] = start
+        for k in range(len(start)):
+            copy(start[k], motions[p, k])
         problem[p] = NOT_ASSEMBLED
         while step >= _SHORTEST * stride:
             reach = min(done + step, 1.0)
@@ -44,8 +45,10 @@ def assemble(chain, home, longest, start, before, q, at, motions, columns, probl
             enough = _NEARLY_MET if reach < 1.0 else MET
             met = close(chain, here, moved, frames, jacobian, enough) < enough
             if met and same_side(chain, side, jacobian):
-                motions[p], done = moved, reach
-                side[:] = jacobian
+                done = reach
+                for k in range(len(moved)):
+                    copy(moved[k], motions[p, k])
+                copy(jacobian, side)
                 step = min(2 * step, stride)
                 if reach == 1.0:
                     problem[p] = ASSEMBLED

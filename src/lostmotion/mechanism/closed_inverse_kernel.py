@@ -10,6 +10,7 @@ from lostmotion.compiled import compiled
 from lostmotion.mechanism.closed_arrays import MET
 from lostmotion.mechanism.closed_kernel import (
     close,
+    copy,
     eliminated,
     move,
     rotation_vector,
@@ -82,7 +83,7 @@ def reach(chain, q, motions, wanted, rows, limits, longest, reached, steps, tool
             continue
         for turn in range(steps + 1):
             passive = write_tool_columns(chain, frames, now, columns)
-            tools[p] = frames[-1]
+            copy(frames[-1], tools[p])
             _difference(frames[-1], wanted[p], chain.size, whole)
             near = True
             for k in range(components):
@@ -114,8 +115,11 @@ def reach(chain, q, motions, wanted, rows, limits, longest, reached, steps, tool
                 if close(chain, ahead, there, frames, trial, MET) < MET and same_side(
                     chain, now, trial
                 ):
-                    q[p], motions[p] = ahead, there
-                    now[:] = trial
+                    for d in range(drives):
+                        q[p, d] = ahead[d]
+                    for k in range(len(there)):
+                        copy(there[k], motions[p, k])
+                    copy(trial, now)
                     moved = True
                     break
                 share /= 2

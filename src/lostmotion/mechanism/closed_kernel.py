@@ -45,6 +45,18 @@ def exponential(twist, out):
 
 
 @compiled
+def copy(matrix, out):
+    """Write a matrix to `out`.
+
+    An assignment would do the same, but with the message of an error about shapes, whose
+    compilation takes several seconds.
+    """
+    for i in range(matrix.shape[0]):
+        for k in range(matrix.shape[1]):
+            out[i, k] = matrix[i, k]
+
+
+@compiled
 def multiply(one, other, out):
     """Write to `out` the product of two frames."""
     for i in range(3):
@@ -270,7 +282,7 @@ def move(chain, motions, step):
                 twist[i] += by_freedom[f] * chain.freedom[f, i]
         exponential(twist, turned)
         multiply(motions[k], turned, out)
-        motions[k] = out
+        copy(out, motions[k])
 
 
 @compiled
