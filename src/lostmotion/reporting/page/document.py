@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _NARROW: Final = 65
 # A table of up to this width stands beside a single plot, in the larger part of the page; a wider
 # one below it.
-_BESIDE: Final = 84
+_BESIDE: Final = 80
 # A table of more rows is closed at first where a plot shows the same figures.
 _FEW_ROWS: Final = 9
 # Plots that a narrow section has at most.
