@@ -226,9 +226,8 @@ drawn = np.random.default_rng(1)
 stage, flanks, crank = Stage(0.05, 0.003, 0.0012, 20), Flanks(0.01, 1.15e11, bending=2e-9), np.array([0.0, 0.05, 1.7])
 bodies = flexibility(stage, ElasticBody("planet", 0.02, 210e9, 0.3), 0.01, crank)
 gaps = drawn.normal(1e-6, 2e-6, (3, 30, 20))
-for each in (None, bodies):
-    found = load_sharing(stage, flanks, [-100.0, -3.0, 20.0, 200.0], crank, gaps, Supports(3e8, 1e6, 0.03), bodies=each)
-    print(hashlib.sha256(found.rotation.tobytes() + found.forces.tobytes() + found.stiffness.tobytes()).hexdigest())
+found = load_sharing(stage, flanks, [-100.0, -3.0, 20.0, 200.0], crank, gaps, Supports(3e8, 1e6, 0.03), bodies=bodies)
+print(hashlib.sha256(found.rotation.tobytes() + found.forces.tobytes() + found.stiffness.tobytes()).hexdigest())
 ball = BallRow(count=15, ball=9.5e-3, pitch=60e-3, contact_angle=0.4)
 pair = RowSeat(ball, 0.02, preload_shift=5e-6), RowSeat(ball, -0.02, mirrored=True, preload_shift=5e-6)
 load = drawn.normal(size=(100, 5)) * [2000, 2000, 1000, 30, 30]
@@ -240,9 +239,7 @@ for seats in (pair, (RowSeat(CrossedRow(count=40, length=6e-3, pitch=80e-3)),)):
 
 @pytest.mark.slow
 def test_kernels_from_the_cache_give_the_bits_of_those_just_compiled(tmp_path):
-    """Bearings and drives with rigid and with elastic discs: their kernels fuse products and
-    sums.
-    """
+    """Bearings and drives with elastic discs: their kernels fuse products and sums."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     compiled_now, from_cache = (
         subprocess.run(
@@ -255,4 +252,4 @@ def test_kernels_from_the_cache_give_the_bits_of_those_just_compiled(tmp_path):
         for _ in range(2)
     )
     assert compiled_now == from_cache
-    assert len(set(compiled_now.split())) == 4
+    assert len(set(compiled_now.split())) == 3
