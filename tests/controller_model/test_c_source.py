@@ -17,6 +17,7 @@ import pytest
 from scipy.special import ndtr
 
 import lostmotion
+from lostmotion.analyses.export.model import input_hash
 from lostmotion.controller_model.compensation import REGULAR, ROTATION_LENGTH
 from lostmotion.controller_model.controller import Controller
 from lostmotion.laws.distributions import Cosine, Normal, Sine
@@ -80,6 +81,13 @@ THOROUGH = ("drawn", "seven joints")
 # same but for numbers, are compiled without optimisation.
 OPTIMISED = (*THOROUGH, "servos")
 PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
+# Every arm in both forms, of which one is in double precision and one in single: every pair of arm,
+# form and precision.
+PAIRS = [
+    (name, unroll, "float" if (number + unroll) % 2 else "double")
+    for number, name in enumerate(ARMS)
+    for unroll in (False, True)
+]
 # By which an export without loops chooses them.
 CHOICE = re.compile(r"#ifndef LM_LOOPED\n.*?\n#endif\n\n", re.DOTALL)
 pytestmark = [
@@ -88,12 +96,16 @@ pytestmark = [
 ]
 
 
+def with_poses(few, many, name, *more):
+    """Return a case of an arm with few poses, or of a thorough one with many, as a slow case."""
+    thorough = name in THOROUGH
+    marks = [pytest.mark.slow] if thorough else []
+    return pytest.param(name, *more, many if thorough else few, marks=marks)
+
+
 def at_poses(few, many):
     """Return every arm with few poses; the thorough ones with many, as slow cases."""
-    cases = [
-        pytest.param(name, many, marks=pytest.mark.slow) if name in THOROUGH else (name, few)
-        for name in ARMS
-    ]
+    cases = [with_poses(few, many, name) for name in ARMS]
     return pytest.mark.parametrize(("name", "count"), cases)
 
 
@@ -161,29 +173,31 @@ _TABLES: dict[tuple[object, ...], Path] = {}
 
 
 @functools.cache
+def core_of(folder, more, compiler):
+    """Return the path of the object of an export's functions, compiled once; beside it, from gcc,
+    what each of them takes from the stack.
+    """
+    target = folder / f"core-{spelt(more, compiler)}.o"
+    words = [compiler, *FLAGS, *more, "-c", str(folder / "src" / "lm_core.c"), "-o", str(target)]
+    if compiler == "gcc":
+        words.append("-fstack-usage")
+    subprocess.run(words, check=True)
+    return target
+
+
+def spelt(more, compiler):
+    """Return a compiler and its options as part of a file name."""
+    return f"{compiler}{''.join(more).replace('=', '-').replace(',', '-').replace('/', '')}"
+
+
+@functools.cache
 def compiled(folder, more, compiler, main):
     """Compile what `built` returns."""
-    target = (
-        folder
-        / f"program-{compiler}{''.join(more).replace('=', '-').replace(',', '-').replace('/', '')}"
-    )
-    sources = [str(folder / "src" / name) for name in ("lm_core.c", "lm_flat.c")]
-    sources.append(str(tables_of(folder, *more, compiler=compiler)))
-    subprocess.run(
-        [
-            compiler,
-            *FLAGS,
-            *more,
-            "-I",
-            str(folder / "src"),
-            *sources,
-            str(main),
-            "-o",
-            str(target),
-            "-lm",
-        ],
-        check=True,
-    )
+    target = folder / f"{main.stem}-{spelt(more, compiler)}"
+    words = [compiler, *FLAGS, *more, "-I", str(folder / "src"), str(folder / "src" / "lm_flat.c")]
+    objects = core_of(folder, more, compiler), tables_of(folder, *more, compiler=compiler)
+    words += [*map(str, objects), str(main), "-o", str(target), "-lm"]
+    subprocess.run(words, check=True)
     return target
 
 
@@ -361,12 +375,19 @@ def test_c_stands_and_holds_as_the_state_of_the_arm_does(exported, name, unroll)
     )
 
 
-@WRITTEN
-@at_poses(1_000, 5_000)
+@pytest.mark.parametrize(
+    ("name", "unroll", "count"),
+    [
+        with_poses(1_000, 5_000, name, unroll)
+        for name, unroll, precision in PAIRS
+        if precision == "float" or name == "drawn"
+    ],
+)
 def test_c_in_single_precision(exported, name, unroll, count):
     """At many poses every result agrees with that in double precision to 1e-5 of its size, or to
     what a change of the inputs in their sixth digit would do to it; a command at a regular pose to
-    2e-5, and 99.9 % of them to 5e-6; near a singular pose to 3e-4.
+    2e-5, and 99.9 % of them to 5e-6; near a singular pose to 3e-4. The arm with parts of every kind
+    in both forms, others in one.
     """
     folder, model = exported(name, unroll=unroll)
     given = tuple(each.astype(np.float32).astype(float) for each in inputs(model, count))
@@ -432,15 +453,11 @@ def corrected_singular_value(blocks, given):
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("precision", [[], ["-DLM_FLOAT"]], ids=["double", "float"])
 @pytest.mark.parametrize(
-    ("name", "unroll", "count"),
+    ("name", "unroll", "precision", "count"),
     [
-        ("drawn", True, 1_000),
-        *(
-            pytest.param("z-arm", unroll, 20_000, marks=pytest.mark.slow)
-            for unroll in (False, True)
-        ),
+        ("drawn", True, "double", 1_000),
+        *(pytest.param(*case, 20_000, marks=pytest.mark.slow) for case in PAIRS[:2]),
     ],
 )
 def test_no_input_leads_out_of_bounds(exported, name, unroll, count, precision, compiler):
@@ -456,14 +473,15 @@ def test_no_input_leads_out_of_bounds(exported, name, unroll, count, precision, 
         each[hit] = rng.choice(wild, size=np.count_nonzero(hit))
     joints = given[0].shape[1]
     checks = [*SANITIZERS, QUICK] if count <= 1_000 else SANITIZERS
-    found = computed(built(folder, *checks, *precision, compiler=compiler), given, joints)
+    program = built(folder, *checks, *PRECISIONS[precision], compiler=compiler)
+    found = computed(program, given, joints)
     status, sent = found[:, 0], found[:, 34 + 8 * joints]
     assert set(status) == {0.0, 1.0, 2.0, 3.0}
     assert np.isfinite(found).all()
     assert not found[status != 0, 1 : 34 + 8 * joints].any()
     assert not found[status != 0, 35 + 8 * joints :].any()
     assert (np.isin(sent, [0, 4]) | (sent == status)).all()
-    if not precision:
+    if precision == "double":
         np.testing.assert_array_equal(status, model.predict(*given[:4]).status)
 
 
@@ -480,12 +498,8 @@ def has_sanitizers(compiler):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "precision"),
-    [*((name, "double") for name in ARMS), *((name, "float") for name in ("z-arm", *OPTIMISED))],
-)
-@WRITTEN
-def test_every_form_of_every_arm_is_clean_under_the_sanitizers(exported, name, unroll, precision):
+@pytest.mark.parametrize(("name", "unroll", "precision"), [*PAIRS, ("drawn", False, "float")])
+def test_both_forms_of_every_arm_are_clean_under_the_sanitizers(exported, name, unroll, precision):
     """At the test poses, at and just beyond every limit, near singular poses, and with loads and
     options of any size: no fault, and finite results.
 
@@ -564,20 +578,7 @@ def test_the_object_calls_nothing_but_mathematics(exported, compiler, unroll):
     functions of math.h (and copying of structures).
     """
     folder, _ = exported("drawn", unroll=unroll)
-    target = folder / "core.o"
-    subprocess.run(
-        [
-            compiler,
-            *FLAGS,
-            "-I",
-            str(folder / "src"),
-            "-c",
-            str(folder / "src" / "lm_core.c"),
-            "-o",
-            str(target),
-        ],
-        check=True,
-    )
+    target = core_of(folder, (), compiler)
     listed = subprocess.run(
         ["nm", "-u", str(target)], capture_output=True, text=True, check=True
     ).stdout.split()
@@ -614,7 +615,8 @@ def test_an_option_out_of_its_range_has_a_status(exported, precision):
         [1e-5, np.nan],
     ]
     found = computed(
-        built(folder, *SANITIZERS, QUICK, *PRECISIONS[precision]),
+        # the program of the test of the accurate length
+        built(folder, "-DLM_ACCURATE_LENGTH", *PRECISIONS[precision], *SANITIZERS, QUICK),
         (q, load, gravity, side, options),
         q.shape[1],
     )[:, 34 + 8 * q.shape[1] :]
@@ -653,7 +655,7 @@ def test_a_calibrated_export_is_the_calibrated_model(tmp_path):
         streams, np.array([0.7, -1.1, 0.9, -0.3]), np.diag([0.01, 0.04, 0.02, 0.02])
     )
     made = lostmotion.export_c(arm, out=tmp_path, unroll=True, calibration=known)
-    assert made["sha256"] != lostmotion.export_c(arm, out=tmp_path / "other")["sha256"]
+    assert made["sha256"] != input_hash(arm)
     assert "one calibrated robot, with 4 estimates" in (tmp_path / "README.md").read_text()
     model, joints = lostmotion.controller(arm, calibration=known), len(arm.moving)
     given = inputs(model, 200)
@@ -678,8 +680,7 @@ def test_a_calibrated_export_is_the_calibrated_model(tmp_path):
 @pytest.mark.skipif(
     "gcc" not in COMPILERS, reason="gcc is not installed: it alone reports the stack"
 )
-@pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("name", ["ur5e", "drawn"])
+@pytest.mark.parametrize(("name", "precision"), [("ur5e", "float"), ("drawn", "double")])
 def test_the_readme_states_the_sizes(exported, tmp_path, name, precision):
     """Structures as the compiler lays them out, and a stack that the largest chain of calls does
     not exceed.
@@ -689,21 +690,8 @@ def test_the_readme_states_the_sizes(exported, tmp_path, name, precision):
         folder, _ = exported(name)
     else:
         lostmotion.export_c(ARMS[name](), out=folder, precision=precision)
-    flags = [
-        *FLAGS,
-        "-fstack-usage",
-        f"-I{folder / 'src'}",
-        folder / "src" / "lm_core.c",
-        tables_of(folder, compiler="gcc"),
-        folder / "test" / "self_test.c",
-        "-o",
-        "program",
-        "-lm",
-    ]
-    subprocess.run(["gcc", *flags], cwd=tmp_path, check=True)
-    printed = subprocess.run(
-        [tmp_path / "program"], capture_output=True, text=True, check=True
-    ).stdout
+    program = built(folder, compiler="gcc", main=folder / "test" / "self_test.c")
+    printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
     stated = {
         what: int(count.replace(" ", ""))
         for what, count in re.findall(
@@ -714,7 +702,7 @@ def test_the_readme_states_the_sizes(exported, tmp_path, name, precision):
         assert f"{what} {stated[f'`{what}`']}" in printed
     taken = {
         line.split(":")[-1].split("\t")[0]: int(line.split("\t")[1])
-        for line in next(tmp_path.glob("*lm_core.su")).read_text().splitlines()
+        for line in core_of(folder, (), "gcc").with_suffix(".su").read_text().splitlines()
     }
     chain = taken["lm_compensate"] + taken["lm_predict"] + taken["lm_predict_valid"]
     assert (
@@ -724,13 +712,19 @@ def test_the_readme_states_the_sizes(exported, tmp_path, name, precision):
     )
 
 
-def test_an_export_without_loops_has_all_of_one_with_them(tmp_path):
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """Return the folder of an export without options, and what `export_c` returned."""
+    folder = tmp_path_factory.mktemp("plain") / "one"
+    return folder, lostmotion.export_c(EXAMPLES / "scara.toml", out=folder)
+
+
+def test_an_export_without_loops_has_all_of_one_with_them(plain, tmp_path):
     """The two have the same source but for a choice in the header of the arm and the file that it
     chooses.
     """
-    looped, unrolled = tmp_path / "looped", tmp_path / "unrolled"
-    for folder, unroll in ((looped, False), (unrolled, True)):
-        lostmotion.export_c(EXAMPLES / "scara.toml", out=folder, unroll=unroll)
+    looped, unrolled = plain[0], tmp_path / "unrolled"
+    lostmotion.export_c(EXAMPLES / "scara.toml", out=unrolled, unroll=True)
     as_looped(unrolled)
     for part in ("src", "test"):
         names = {each.name for each in (looped / part).iterdir()}
@@ -739,22 +733,21 @@ def test_an_export_without_loops_has_all_of_one_with_them(tmp_path):
             assert (looped / part / name).read_text() == (unrolled / part / name).read_text(), name
 
 
-def test_the_command_line_writes_the_same_sources_twice(tmp_path):
+def test_the_command_line_writes_the_same_sources_twice(plain, tmp_path):
     """`lostmotion export c` is reproducible, names model, version and hash, and leaves an existing
     folder alone unless forced.
     """
-    arm = EXAMPLES / "scara.toml"
-    first = lostmotion.export_c(arm, out=tmp_path / "one")
-    lostmotion.export_c(arm, out=tmp_path / "two")
+    arm, (one, first), two = EXAMPLES / "scara.toml", plain, tmp_path / "two"
+    lostmotion.export_c(arm, out=two)
     for name in first["files"]:
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
-    header = (tmp_path / "one" / "src" / "lm_model.h").read_text()
+        assert (one / name).read_bytes() == (two / name).read_bytes()
+    header = (one / "src" / "lm_model.h").read_text()
     for text in ("SCARA", lostmotion.__version__, first["sha256"]):
         assert text in header
     with pytest.raises(lostmotion.OutputExistsError):
-        lostmotion.export_c(arm, out=tmp_path / "one")
-    lostmotion.export_c(arm, out=tmp_path / "one", force=True, precision="float")
-    assert "#define LM_FLOAT" in (tmp_path / "one" / "src" / "lm_model.h").read_text()
+        lostmotion.export_c(arm, out=two)
+    lostmotion.export_c(arm, out=two, force=True, precision="float")
+    assert "#define LM_FLOAT" in (two / "src" / "lm_model.h").read_text()
 
 
 @pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not installed")
@@ -813,18 +806,16 @@ def test_cppcheck_finds_no_more_than_the_stated_deviations(exported, name, unrol
     # Of an array of doubles the checker of calls assumes the size of floats; members of the scratch
     # structures are used by one form alone.
     command += ["--suppress=ctuArrayIndex", "--suppress=unusedStructMember"]
-    # Unrolled as it was written alone. With loops every branch of every condition is in one of two
-    # forms; of itself cppcheck also tries macros that the header of the arm defines anyway.
-    forms = ["--max-configs=1"] if unroll else ["-DLM_FLOAT", "-DLM_ACCURATE_LENGTH"]
-    printed = ""
-    for form in forms:
-        found = subprocess.run(
-            [*command, form, "-I", str(folder / "src"), *sources],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        printed += found.stdout + found.stderr
+    # Every branch of every condition is in one of these two forms; of itself cppcheck also tries
+    # macros that the header of the arm defines anyway.
+    form = "-DLM_FLOAT" if unroll else "-DLM_ACCURATE_LENGTH"
+    found = subprocess.run(
+        [*command, form, "-I", str(folder / "src"), *sources],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    printed = found.stdout + found.stderr
     readme = (folder / "README.md").read_text()
     stated = set(
         re.findall(
@@ -851,6 +842,7 @@ def test_the_normal_law_in_c(exported):
     command = [
         COMPILERS[0],
         *FLAGS,
+        QUICK,
         "-I",
         str(folder / "src"),
         str(main),

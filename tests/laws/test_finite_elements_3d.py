@@ -48,16 +48,19 @@ MESHES = Meshes()
 
 @functools.cache
 def rotation(
-    width: float, terms: int, plane: Plane = "strain", holes: Holes | None = None
+    width: float, terms: int, plane: Plane = "strain", holes: Holes | None = None, order: int = 2
 ) -> float:
     """Return the rotation (rad) of the small stage with a rigid ring under 100 N m on 10 mm of
     width, or the same per width.
+
+    Elements of first order change it by 0.6 %, and hardly what states differ by.
     """
     planet = replace(PLANET, plane=plane, holes=holes)
     torques = np.array([1e4 * width])
-    return float(
-        loaded_stage(SMALL, planet, None, width, torques, terms=terms, meshes=MESHES).rotation[0]
+    solved = loaded_stage(
+        SMALL, planet, None, width, torques, terms=terms, order=order, meshes=MESHES
     )
+    return float(solved.rotation[0])
 
 
 @pytest.mark.slow
@@ -69,6 +72,7 @@ def test_a_disc_of_some_width_lies_between_plane_strain_and_plane_stress():
     thin, medium, wide = (
         (rotation(width, 1) - strain) / (stress - strain) for width in (1e-4, 0.01, 1.0)
     )
+    assert 1.0 < stress / strain < 1 / 0.91
     assert 0.97 < thin < 1.0
     assert medium == pytest.approx(0.474, abs=0.005)
     assert 0.0 < wide < 0.01
@@ -79,7 +83,8 @@ def test_a_second_term_over_the_width_makes_the_stage_half_a_per_cent_softer():
     """More terms make any body softer; the second one by 0.5 % of the rotation of the stage, which
     is the error of the first alone.
     """
-    assert 1.003 < rotation(0.01, 2) / rotation(0.01, 1) < 1.006
+    one, two = (rotation(0.01, terms, order=1) for terms in (1, 2))
+    assert 1.003 < two / one < 1.006
 
 
 @pytest.mark.slow
@@ -89,9 +94,9 @@ def test_with_output_pins_in_holes_a_disc_lies_between_the_plane_states_too():
     """
     holes = Holes(6, 0.033, 0.006)
     strain, between, stress = (
-        rotation(0.01, 0, holes=holes),
-        rotation(0.01, 1, holes=holes),
-        rotation(0.01, 0, "stress", holes),
+        rotation(0.01, 0, holes=holes, order=1),
+        rotation(0.01, 1, holes=holes, order=1),
+        rotation(0.01, 0, "stress", holes, order=1),
     )
     assert strain < between < stress
     assert 0.2 < (between - strain) / (stress - strain) < 0.8

@@ -50,8 +50,9 @@ def found(stage: Stage, crank: float) -> tuple[EnvelopeContacts, dict[int, np.nd
     )
 
 
-@pytest.mark.parametrize("stage", [STAGE, SMALL])
-@pytest.mark.parametrize("crank", [0.0, 0.157, 1.0])
+@pytest.mark.parametrize(
+    ("stage", "crank"), [(STAGE, 0.0), (STAGE, 0.157), (SMALL, 0.157), (SMALL, 1.0)]
+)
 def test_outlines_are_closed_and_have_one_edge_for_each_interval(stage, crank):
     """Both outlines are closed, counter-clockwise, without slivers, with one edge for each interval
     of a contact.
@@ -94,7 +95,7 @@ def test_gaps_are_distances_from_the_profile_of_the_ring(stage):
 
 def test_places_along_a_flank_are_found_again():
     """The point of the disc at a place of a contact has its foot there."""
-    made, at = found(STAGE, 0.3)
+    made, at = found(STAGE, 0.157)
     for k, places in at.items():
         points = made.planet_outline({k: places})
         corners = np.array([edge.points[0] for edge in points if edge.contact == k])

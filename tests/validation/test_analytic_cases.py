@@ -229,10 +229,10 @@ def test_the_first_pose_of_each_example_is_what_it_was(path):
     assert own == pytest.approx(POSE_0[path.stem], rel=5e-3)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_every_example_against_plain_samples(path):
-    """At 8 poses of every example each figure lies within its uncertainty of 400 000 random
-    samples, whose own scatter counts.
+@pytest.mark.parametrize("path", FILES[2:], ids=lambda path: path.stem)
+def test_uncertainties_against_plain_samples(path):
+    """At 8 poses of an arm with parts of every kind, and of one with few and large draws, each
+    figure lies within its uncertainty of 400 000 random samples, whose own scatter counts.
     """
     arm = lostmotion.read(path)
     matrix = pose_matrix(arm, lostmotion.sample_poses(arm, 32).q)

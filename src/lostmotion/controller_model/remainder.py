@@ -28,11 +28,19 @@ class Remainder(NamedTuple):
     worst: float
 
 
-def remainder(model: Controller, arm: Arm, q: Floats, passes: Literal[1, 2]) -> Remainder:
+def remainder(
+    model: Controller,
+    arm: Arm,
+    q: Floats,
+    passes: Literal[1, 2],
+    uncompensated: Floats | None = None,
+) -> Remainder:
     """Return what compensation of the position leaves at poses (pose, joint), with the payload of
     the arm.
+
+    uncompensated  `reached` at these poses, where it is known
     """
-    share, singular = shares_left(model, arm, q, passes)
+    share, singular = shares_left(model, arm, q, passes, uncompensated)
     share = share[(singular > REGULAR) & np.isfinite(share)]
     if not len(share):
         return Remainder(0, 0.0, 0.0, 0.0)
@@ -42,16 +50,22 @@ def remainder(model: Controller, arm: Arm, q: Floats, passes: Literal[1, 2]) -> 
 
 
 def shares_left(
-    model: Controller, arm: Arm, q: Floats, passes: Literal[1, 2] = 1
+    model: Controller,
+    arm: Arm,
+    q: Floats,
+    passes: Literal[1, 2] = 1,
+    uncompensated: Floats | None = None,
 ) -> tuple[Floats, Floats]:
     """Return the share of the error (pose,) that remains where the arm then stands, and the
     smallest singular value of the position Jacobian, m. NaN where there is no error or no
-    equilibrium.
+    equilibrium. Arguments as `remainder`.
     """
     found = model.compensate(q, passes=passes)
+    if uncompensated is None:
+        uncompensated = reached(arm, np.asarray(q, dtype=float))
     before, after = (
-        np.linalg.norm(reached(arm, each) - found.prediction.point, axis=1)
-        for each in (np.asarray(q, dtype=float), found.command)
+        np.linalg.norm(stands - found.prediction.point, axis=1)
+        for stands in (uncompensated, reached(arm, found.command))
     )
     share: Floats = np.divide(after, before, out=np.full(len(before), np.nan), where=before > 0)
     return share, np.asarray(
