@@ -6,4 +6,5 @@ from __future__ import annotations
 
 from tests.parts.random_arms import example_arms, random_arm
 
-ARMS = [*example_arms(), *map(random_arm, (3, 4, 8, 9, 14, 15, 29))]
+SEEDS = (3, 4, 8, 9, 14, 15, 29)
+ARMS = [*example_arms(), *map(random_arm, SEEDS)]
