@@ -29,7 +29,8 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.montecarlo.waterfall import waterfall
 from lostmotion.propagation.pooled import pooled
 from lostmotion.units import Toleranced
-from tests.parts.random_arms import example_arms, random_arms, random_poses
+from tests.error_model.arms import ARMS
+from tests.parts.random_arms import random_poses
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -246,7 +247,7 @@ def test_load_compensation_leaves_the_scatter_of_friction():
     )
 
 
-@pytest.mark.parametrize("arm", [*example_arms(), *random_arms(30)], ids=lambda arm: arm.name)
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_the_play_of_each_robot_is_either_closed_or_open(arm):
     """The pose matrix has the errors of a sum over single terms, each of which a robot's friction
     switches on or off.

@@ -12,7 +12,7 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.sizing.error_cache import BIAS, ErrorCache
-from tests.parts.random_arms import example_arms, random_arms
+from tests.error_model.arms import ARMS
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -21,14 +21,13 @@ VALIDATES = (
         (
             "backlash and hysteresis of 2' at 1 m: mean 0.582 mm from above, below and either "
             "side; the mean square of random arrivals is that "
-            "of the 50/50 mixture, and every sample one from above or from below, every "
-            "example and 30 random arms"
+            "of the 50/50 mixture, and every sample one from above or from below, "
+            "four examples and seven random arms"
         ),
         "1e-9; 1e-12",
     ),
 )
 
-ARMS = [*example_arms(), *random_arms(30)]
 ARCMIN = np.pi / 10_800
 
 

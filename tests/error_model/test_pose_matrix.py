@@ -1,5 +1,5 @@
-"""The pose matrix of all example arms and of thirty random arms with every kind of part, joint and
-base mount.
+"""The pose matrix of example arms and of seven random arms with every kind of part, joint and base
+mount.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from lostmotion.laws.distributions import COMPARED, Cosine, Sine, product_mean
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.forms import Constant, Harmonic, Linear
 from tests.arms import arm_of
-from tests.parts.random_arms import example_arms, random_arms, random_poses
+from tests.error_model.arms import ARMS
+from tests.parts.random_arms import random_poses
 
-ARMS = [*example_arms(), *random_arms(30)]
 every_arm = pytest.mark.parametrize("arm", ARMS, ids=[arm.name for arm in ARMS])
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 TREE = tomllib.loads(ARM)
 KEY = "gearboxes.small.backlash"
 SWEEP = {
-    KEY: ("0.5 arcmin", "1 arcmin"),
+    KEY: ("0.5 arcmin",),
     "payload.mass": {"from": "1 kg", "to": "2 kg", "steps": 2},
 }
 SIZES = {"poses": 16, "robots": 8, "visits": 2}
@@ -90,18 +90,18 @@ def test_a_sweep_of_dictionaries_is_that_of_files(tmp_path):
     text = "\n".join(
         [
             "[sweep]",
-            f'"{KEY}" = ["0.5 arcmin", "1 arcmin"]',
+            f'"{KEY}" = ["0.5 arcmin"]',
             '"payload.mass" = { from = "1 kg", to = "2 kg", steps = 2 }',
         ]
     )
     arm, by = written(tmp_path, ARM), written(tmp_path, text, "by.toml")
     of_files = lostmotion.sweep(arm, by, **SIZES, out=tmp_path / "files")
     for k, (one, other) in enumerate(
-        ((arm, SWEEP), (TREE, SWEEP), ({**TREE, "sweep": SWEEP}, None), (TREE, {"sweep": SWEEP}))
+        ((arm, SWEEP), ({**TREE, "sweep": SWEEP}, None), (TREE, {"sweep": SWEEP}))
     ):
         found = lostmotion.sweep(one, other, **SIZES, out=tmp_path / f"run-{k}")
         assert found.result()["figures"] == of_files.result()["figures"]
-    again = lostmotion.sweep(TREE, {"sweep": SWEEP}, **SIZES, out=tmp_path / "run-3")
+    again = lostmotion.sweep(TREE, {"sweep": SWEEP}, **SIZES, out=tmp_path / "run-2")
     assert again.result()["figures"] == of_files.result()["figures"]
 
 
@@ -116,6 +116,7 @@ def test_mistakes_in_a_swept_dictionary_are_those_of_the_file(tmp_path):
     assert len(of_file) == 3
 
 
+@pytest.mark.usefixtures("few_samples")
 def test_sizing_takes_a_dictionary_as_the_file_or_as_its_table(tmp_path):
     """The lightest tubes are the same; mistakes name `by`."""
     tree = copy.deepcopy(TREE)

@@ -76,8 +76,7 @@ def hexapod(foot, *, in_leg=False, legs=6):
     )
 
 
-@pytest.mark.parametrize("in_leg", [False, True])
-@pytest.mark.parametrize("foot", [CROSS, BALL])
+@pytest.mark.parametrize(("foot", "in_leg"), [(CROSS, True), (BALL, False)])
 def test_a_hexapod_stands_and_is_held_as_in_mujoco(tmp_path, foot, in_leg):
     """Whether its platform is free, or the last body of a leg."""
     path, arm = read(tmp_path, hexapod(foot, in_leg=in_leg), sidecar="")

@@ -338,7 +338,7 @@ def test_a_half_turn_of_a_spatial_arm_turns_its_map(arm):
     """For a spatial arm on a base rotated by 180°, grid, reach and figures of sampled cells rotate
     with it.
     """
-    request = MapRequest(cell=0.1, poses=16384, per_cell=4)
+    request = MapRequest(cell=0.1, poses=8192, per_cell=2)
     first = arm.joints[0].model_copy(update={"origin": Frame(rpy=(0.0, 0.0, math.pi))})
     turned = Arm(name="turned", joints=(first, *arm.joints[1:]), payload=arm.payload)
     one, two = map_workspace(arm, request), map_workspace(turned, request)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Errors from which differences of positions are formed, rad and m.
 STEP = 1e-5
 # Chains of these seeds are away from parallel singularities, where differences say little.
-SEEDS = (1, 4, 5)
+SEEDS = (1, 4)
 VALIDATES = (
     (
         (

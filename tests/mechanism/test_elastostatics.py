@@ -23,7 +23,7 @@ VALIDATES = (
         "whole-arm compliance",
         (
             "one set of equations for all nodes of beams, joint springs and mount; "
-            "reciprocity and energy on 300 arms; the study's bias under"
+            "reciprocity and energy on 100 arms; the study's bias under"
             " a payload"
         ),
         "1e-8; 1e-10; 1e-9",
@@ -250,13 +250,12 @@ def test_an_arm_deflects_as_one_structure_of_beams_and_springs(joints: int):
         )
 
 
-@pytest.mark.parametrize("arms", [50, pytest.param(300, marks=pytest.mark.slow)])
-def test_compliance_is_reciprocal_and_positive(arms: int):
-    """Compliance matrices of up to 300 arms are symmetric and positive definite; the shares of
+def test_compliance_is_reciprocal_and_positive():
+    """Compliance matrices of 100 arms are symmetric and positive definite; the shares of
     the parts are positive and add up to one.
     """
     rng = np.random.default_rng(5)
-    for number in range(arms):
+    for number in range(100):
         joints = int(rng.integers(1, 7))
         arm = elastic_arm(rng, joints, zones=number % 2 == 0)
         found = state_of(arm, rng.uniform(-1, 1, joints)).compliances

@@ -42,7 +42,7 @@ def errors_of(matrix, draws):
     [
         (3, 3.0),
         (4, 3.0),
-        *(pytest.param(n, s, marks=pytest.mark.slow) for n, s in ((5, 1.0), (6, 0.3), (7, 0.3))),
+        pytest.param(7, 0.3, marks=pytest.mark.slow),
     ],
 )
 def test_errors_of_soft_arms_move_the_tool_as_a_force_balance_has_it(joints, softness):
@@ -97,15 +97,15 @@ def test_errors_move_the_tool_of_servos_and_bending_links_as_their_equilibrium()
     that only the weights or only the process force wind, plays, and links under their own weight.
     """
     arm, rng = servo_arm(), np.random.default_rng(4)
-    matrix = screws(state_of(arm, rng.uniform(-1.5, 1.5, (3, 4))).settled())
+    matrix = screws(state_of(arm, rng.uniform(-1.5, 1.5, (1, 4))).settled())
     assert arm.soft_freedoms
-    rows, step = np.arange(3), 1e-3
+    rows, step = np.arange(1), 1e-3
     drawn = np.array([info.level != "design" for info in matrix.infos])
     draws = rng.normal(size=len(matrix.infos)) * drawn
 
     def tools(sign: int) -> np.ndarray:
         values = np.where(drawn, sign * step * draws, 1.0)
-        return compose(matrix, rows, np.tile(values[:, None], (3, 1, 1)))[:, 0, :3, 3]
+        return compose(matrix, rows, values[None, :, None])[:, 0, :3, 3]
 
     shift = (tools(1) - tools(-1)) / (2 * step)
     np.testing.assert_allclose(matrix.tool[:, 3:] @ draws, shift, atol=1e-5 * np.abs(shift).max())
@@ -114,9 +114,9 @@ def test_errors_move_the_tool_of_servos_and_bending_links_as_their_equilibrium()
 def test_a_pose_of_a_soft_arm_has_the_same_errors_alone_and_among_others():
     """The errors of a soft arm at a pose have the same bits whatever stands beside it."""
     arm = described(random_arm(1, 4, 1.0), errors=True)
-    q = np.random.default_rng(2).uniform(-2, 2, (12, 4))
+    q = np.random.default_rng(2).uniform(-2, 2, (6, 4))
     together = screws(state_of(arm, q).settled())
-    for row in (0, 5, 11):
+    for row in (0, 5):
         alone = screws(state_of(arm, q[[row]]).settled())
         assert (alone.tool[0] == together.tool[row]).all()
     arm = servo_arm("yx", "8 N m/rad")

@@ -74,7 +74,7 @@ def test_every_worst_torque_occurs_under_its_reported_gravity():
     arm, and on a base of that roll and pitch.
     """
     rng = np.random.default_rng(3)
-    for _ in range(5):
+    for _ in range(2):
         arm = elastic_arm(rng, 5)
         q = rng.uniform(-1, 1, (40, 5))
         within = (

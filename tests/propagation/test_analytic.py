@@ -69,7 +69,7 @@ def test_cumulants_are_the_samples(arm):
 
     The terms include products of draws, harmonics that share a phase and sizes that terms share.
     """
-    matrix = pose_matrix(arm, sample_poses(arm, 8).q[:3])
+    matrix = pose_matrix(arm, sample_poses(arm, 8).q[:2])
     drawn = DrawnColumns(matrix)
     found = of_screws(matrix, drawn)
     for p, shift in enumerate(drawn.shift(matrix)):

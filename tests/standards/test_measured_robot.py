@@ -15,6 +15,7 @@ from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.visit_intervals import (
     accuracy_interval,
+    outlying_visits,
     repeatability_interval,
     scatter_interval,
     student_interval,
@@ -75,10 +76,10 @@ def visits_of(errors, command, sides=None, instrument=0.0):
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
-    poses=st.integers(1, 24),
+    poses=st.integers(1, 12),
     count=st.integers(1, 8),
     size=st.sampled_from([1e-7, 1e-5, 1e-3]),
     off=st.sampled_from([0.0, 1e-6, 1e-3]),
@@ -166,26 +167,17 @@ def test_one_outlying_visit_is_named_and_counted():
     assert first.accuracy_without.value == pytest.approx(barycentre, rel=1e-9)
     assert first.accuracy.value > 5 * first.accuracy_without.value
     assert second.outlying == ()
-    none = [
-        pose
-        for seed in range(50)
-        for pose in evaluate(
-            visits_of(np.random.default_rng(seed).normal(0, 1, (4, 30, 3)), np.zeros((4, 3)))
-        )
-        .loads[0]
-        .poses
-    ]
-    assert not any(pose.outlying for pose in none)
+    normal = np.random.default_rng(8).normal(0, 1, (200, 30, 3))
+    assert not any(outlying_visits(errors) for errors in normal)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scale", [(1.0, 0.7, 0.4), (1.0, 0.3, 0.1)])
-def test_intervals_cover(scale):
+def test_intervals_cover():
     """Over 500 synthetic sets of 30 normal visits, 90 % intervals of AP_p, RP_l, AP_x and RP_a
     cover the true values in 86 to 94 %.
     """
     rng = np.random.default_rng(8)
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] * np.array(scale)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] * [1.0, 0.3, 0.1]
     off = np.array([3.0, -1.0, 2.0])
     covariance = turn @ turn.T
     truth = (
@@ -291,7 +283,7 @@ def test_robots_predicted_look_like_themselves():
     found = read_measured(EXAMPLES / "measured" / "z-arm.csv", instrument=5e-6)
     centre, side, _ = commanded_cube(found)
     predicted = predict_robots(
-        arm, cube_from_arguments(arm, centre, side), robots=300, path_points=2, instrument=5e-6
+        arm, cube_from_arguments(arm, centre, side), robots=100, path_points=2, instrument=5e-6
     )
     rows = [
         each
@@ -363,7 +355,7 @@ def test_loads_and_paths_are_compared_with_their_own():
     found = read_measured(EXAMPLES / "measured" / "z-arm-loads.csv", instrument=5e-6)
     centre, side, _ = commanded_cube(found)
     cube = cube_from_arguments(arm, centre, side)
-    predicted, measured = predict_robots(arm, cube, robots=300, instrument=5e-6), evaluate(found)
+    predicted, measured = predict_robots(arm, cube, robots=100, instrument=5e-6), evaluate(found)
     rows = compare(predicted, measured)
     for load in LOADS:
         names = {each.name for each in rows if each.load == load}

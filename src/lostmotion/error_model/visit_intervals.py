@@ -102,11 +102,19 @@ def repeatability_interval(errors: Floats, level: float = LEVEL) -> Estimate:
     limit = float(
         expected_repeatability(covariance[None] / np.trace(covariance))[0][0]
     ) * math.sqrt(float(np.trace(covariance)))
-    sets = generator("repeatability").standard_normal((_SAMPLES, count, 3)) @ _root(covariance).T
+    sets = _standard_sets(count, _SAMPLES) @ _root(covariance).T
     low, high = np.quantile(
         iso.pose_repeatability(sets) / limit, [(1 - level) / 2, (1 + level) / 2]
     )
     return Estimate(value, value / float(high), value / float(low))
+
+
+@functools.lru_cache(maxsize=2)  # a megabyte and a half for thirty visits
+def _standard_sets(count: int, samples: int) -> Floats:
+    """Return the normal numbers (sample, visit, 3) of all poses with this number of visits."""
+    sets = generator("repeatability").standard_normal((samples, count, 3))
+    sets.flags.writeable = False
+    return sets
 
 
 @functools.cache

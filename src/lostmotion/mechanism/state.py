@@ -206,14 +206,14 @@ class State:
         chain from the base to the tool; places on a branch do not move the tool. `places` are in
         rising order. The geometry is exact for displacements of any size.
         """
-        if self.closed is not None:
+        if self.arm.tree.welds and self.closed is not None:
             return composed(self.closed[0], dict(zip(places, twists, strict=True)))
         on_path = [k for k, place in enumerate(places) if place in self.arm.tree.tool_path]
         # Fixed steps from each place to the next one, and from the last one to the tool.
         *steps, last = steps_between(self.frames[[*(places[k] for k in on_path), -1]])
         here = np.broadcast_to(np.eye(4), (*twists.shape[1:3], 4, 4))
-        for step, k in zip(steps, on_path, strict=True):
-            here = here @ (step[:, None] @ exp(twists[k]))
+        for step, moved in zip(steps, exp(twists[on_path]), strict=True):
+            here = here @ (step[:, None] @ moved)
         return np.asarray(here @ last[:, None])
 
     @functools.cached_property
