@@ -217,7 +217,9 @@ def forces_by_law(part: CycloidalStage, torque: float) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(tmp_path, monkeypatch):
+def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(
+    tmp_path, monkeypatch
+):
     """Four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the
     rotation in 2-D or 3-D. Planets have no mesh.
     """
