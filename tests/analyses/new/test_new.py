@@ -41,7 +41,7 @@ def test_each_template_is_an_arm_with_an_accuracy_and_no_overloaded_drive(templa
     assert states(arm).described
     assert not states(arm).ideal_joints
     assert states(arm).assumed
-    study = lostmotion.study(arm, poses=64, method="analytic")
+    study = lostmotion.study(arm, poses=16, method="analytic")
     assert 10e-6 < study.mean.value < 10e-3
     assert study.sheet.warnings == ()
 

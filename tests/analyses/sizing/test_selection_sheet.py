@@ -575,7 +575,7 @@ def test_a_target_works_out_of_the_box(tmp_path, monkeypatch):
     """`lostmotion size ARM --target` selects sections like the arm's own, prints and writes; a
     study of as many poses and robots has the same error.
     """
-    for name, count in (("POSES", 512), ("ROBOTS", 200), ("VISITS", 5)):
+    for name, count in (("POSES", 128), ("ROBOTS", 64), ("VISITS", 3)):
         monkeypatch.setattr(command, f"DEFAULT_{name}", count)
     # the targets beside the stated one are another test's
     monkeypatch.setattr(selection, "SCALES", (0.9, 1.25))
@@ -585,5 +585,5 @@ def test_a_target_works_out_of_the_box(tmp_path, monkeypatch):
     stated_request = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
     assert stated_request["holds"]
     assert stated_request["error_95_m"][2] <= 1.2e-3
-    again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 512, StudySize(200, 5, 1, 2))
+    again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 128, StudySize(64, 3, 1, 2))
     assert again.value == pytest.approx(stated_request["error_95_m"][0], rel=1e-12)
