@@ -134,6 +134,7 @@ def test_shares_of_what_rp_is_made_of_are_those_of_the_variances():
     assert sum(share for _, share in study.repeats[1].causes) == pytest.approx(1.0)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
     """Both approaches have a block of bars, of the table's own figures and on one scale to 100 %,
     on the page and in the full output alone.
