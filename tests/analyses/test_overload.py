@@ -16,7 +16,7 @@ from lostmotion.cli import app
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.poses import Poses
 
-pytestmark = pytest.mark.usefixtures("few_samples")
+pytestmark = pytest.mark.usefixtures("few_samples", "unpainted")
 
 _ARM = """
 name = "servo arm"

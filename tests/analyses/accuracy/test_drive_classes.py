@@ -80,12 +80,21 @@ def printed(tmp_path):
     return path
 
 
-@pytest.mark.usefixtures("few_poses")
-def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e):
+@pytest.fixture(scope="module")
+def study_of_ur5e(of_ur5e):
+    """Study the UR5e of assumed drives at few poses, once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(classes_of_drive, "POSES", 8)
+        study = lostmotion.study(of_ur5e[0], poses=8, robots=8, visits=3)
+        assert study.classes
+    return study
+
+
+def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(study_of_ur5e):
     """In one sentence: assumed by class, the range of accuracy and repeatability, the arm's own
     class; no interval, and no number of more digits.
     """
-    study = lostmotion.study(ur5e, poses=8, robots=8, visits=3)
+    study = study_of_ur5e
     sentence = study.sheet.verdict.partition(". ")[0]
     assert sentence.startswith(
         "Assumed by class of drive, stepper to industrial: expect 95 % of positions within "
@@ -101,12 +110,11 @@ def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e)
     )
 
 
-@pytest.mark.usefixtures("few_poses")
-def test_the_table_and_the_result_hold_the_class_and_its_neighbours(ur5e):
+def test_the_table_and_the_result_hold_the_class_and_its_neighbours(study_of_ur5e):
     """Three classes side by side, in SI in result.json, the arm's own marked; better drives give
     smaller figures.
     """
-    study = lostmotion.study(ur5e, poses=8, method="analytic")
+    study = study_of_ur5e
     (section,) = (each for each in study.sheet.sections if each.key == "drive_classes")
     assert [row.label for row in section.rows] == [
         "as stepper arm",

@@ -217,17 +217,20 @@ def forces_by_law(part: CycloidalStage, torque: float) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(tmp_path):
+def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(
+    tmp_path, monkeypatch
+):
     """Four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the
     rotation in 2-D or 3-D. Planets have no mesh.
     """
+    monkeypatch.setattr(finite_elements, "_INTERVALS", 4)  # of 5: in three quarters of the time
     file = tmp_path / "with-planets.toml"
     planets = (
         '\n[gearbox.first_stage]\nkind = "planetary"\nsun_teeth = 16\nplanet_teeth = 38\nmodule = '
         '"0.5 mm"\n'
     )
     file.write_text((EXAMPLES / "printed.toml").read_text("utf-8") + planets, "utf-8")
-    gear = lostmotion.gear(file, fem_3d=True, gearboxes=2)
+    gear = lostmotion.gear(file, fem_3d=True, gearboxes=2, torque="3 N m")
     section = next(each for each in gear.result()["sections"] if each["key"] == "fem")
     for row in section["rows"]:
         strain_rotation, stress_rotation, solid_rotation, _, _, _, strain, angle = (
@@ -252,9 +255,9 @@ def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_convers
     near = np.linalg.norm(body.points - [place.real, place.imag], axis=1) < 3e-4
     assert body.von_mises[near].max() > 0.8 * body.von_mises.max()
     # the finite elements take the rotation to second order, which under the largest torque leaves
-    # lobe 1 with half of its force
+    # lobe 1 with less than the law's
     for torque, found, within in zip(
-        gear.fem[0].torque, gear.fem[0].loaded.forces, (0.06, 0.06, 0.06, 0.15), strict=True
+        gear.fem[0].torque, gear.fem[0].loaded.forces, (0.06, 0.06, 0.06, 0.12), strict=True
     ):
         expected = forces_by_law(gear.gearbox, torque / gear.gearbox.discs)
         np.testing.assert_allclose(found, expected, rtol=0, atol=within * expected.max())
@@ -277,6 +280,7 @@ def test_a_cycloidal_first_stage_is_solved_under_its_share_of_the_torque(tmp_pat
 
     monkeypatch.setattr(finite_elements, "loaded_stage", strain_alone)
     monkeypatch.setattr(finite_elements, "_LEVELS", (0.5, 1.0))
+    monkeypatch.setattr(finite_elements, "_INTERVALS", 3)  # of 5: in half the time
     file = tmp_path / "two-stages.toml"
     drawing = (
         (EXAMPLES / "two-stage-lobes.toml")

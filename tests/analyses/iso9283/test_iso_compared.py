@@ -133,7 +133,7 @@ def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
 @pytest.fixture(scope="module")
 def loads(arm):
     """Evaluate the example's robot under two loads."""
-    return lostmotion.iso9283(arm, LOADS, robots=60, instrument=5e-6)
+    return lostmotion.iso9283(arm, LOADS, robots=20, instrument=5e-6)
 
 
 def test_signed_parts_of_ap_are_compared(loads):

@@ -137,7 +137,7 @@ def test_no_table_is_wider_than_a_terminal(both, tmp_path):
     file = tmp_path / "wide.csv"
     file.write_text("\n".join(lines), encoding="utf-8")
     beside = lostmotion.iso9283(
-        lostmotion.read(Z_ARM), file, robots=20, visits=10, instrument=5e-6, warm_up="25 K"
+        lostmotion.read(Z_ARM), file, robots=4, visits=10, instrument=5e-6, warm_up="25 K"
     )
     for sheet in (both.sheet, beside.sheet):
         screen = Console(width=80, record=True, file=io.StringIO())

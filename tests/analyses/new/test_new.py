@@ -41,7 +41,7 @@ def test_each_template_is_an_arm_with_an_accuracy_and_no_overloaded_drive(templa
     assert states(arm).described
     assert not states(arm).ideal_joints
     assert states(arm).assumed
-    study = lostmotion.study(arm, poses=64, method="analytic")
+    study = lostmotion.study(arm, poses=16, method="analytic")
     assert 10e-6 < study.mean.value < 10e-3
     assert study.sheet.warnings == ()
 
@@ -72,6 +72,7 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     assert tomllib.loads(path.read_text("utf-8"))["name"] == "arm"
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_next_steps_and_the_refusal_of_a_second_study_name_force(tmp_path):
     """Whoever changes the new file and studies it again learns beforehand how the first result is
     replaced, and again where it is refused.

@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing import command, selection
 from lostmotion.analyses.sizing.page.plots import selection_plots
 from lostmotion.analyses.sizing.selection import StudySize, select_parts
 from lostmotion.error_model.intervals import pooled_quantile
@@ -568,22 +567,3 @@ def test_mistakes_end_with_2_and_write_nothing(tmp_path):
     assert "--target" in done.stderr
     assert "--minimise" in done.stderr
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.slow
-def test_a_target_works_out_of_the_box(tmp_path, monkeypatch):
-    """`lostmotion size ARM --target` selects sections like the arm's own, prints and writes; a
-    study of as many poses and robots has the same error.
-    """
-    for name, count in (("POSES", 512), ("ROBOTS", 200), ("VISITS", 5)):
-        monkeypatch.setattr(command, f"DEFAULT_{name}", count)
-    # the targets beside the stated one are another test's
-    monkeypatch.setattr(selection, "SCALES", (0.9, 1.25))
-    done = ran(Z_ARM, "--target", "1.2 mm", "--poses", 16, "--out", "out", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "sized.toml\n" in done.stdout
-    stated_request = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))
-    assert stated_request["holds"]
-    assert stated_request["error_95_m"][2] <= 1.2e-3
-    again = error_of(lostmotion.read(tmp_path / "out" / "sized.toml"), 512, StudySize(200, 5, 1, 2))
-    assert again.value == pytest.approx(stated_request["error_95_m"][0], rel=1e-12)

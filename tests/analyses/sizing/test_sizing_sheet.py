@@ -145,7 +145,7 @@ def test_the_sized_arm_reads_back_with_its_comments(size, tmp_path):
     ]
 
 
-@pytest.mark.usefixtures("few_scales")
+@pytest.mark.usefixtures("few_scales", "unpainted")
 def test_a_urdf_is_sized_by_its_sidecar(tmp_path):
     """Of a URDF the sized sections go into a sidecar, with the masses that follow; the URDF with it
     is the sized arm.
@@ -157,7 +157,7 @@ def test_a_urdf_is_sized_by_its_sidecar(tmp_path):
     assert not reads_back(source, folder / "sized.toml", size)
 
 
-@pytest.mark.usefixtures("few_scales")
+@pytest.mark.usefixtures("few_scales", "unpainted")
 def test_a_urdf_without_a_sidecar_gets_one(tmp_path):
     """Of a bare URDF, links get sections where a family and a material are named; their masses
     remain, and the report notes it.

@@ -18,6 +18,7 @@ from lostmotion.errors import DidNotConvergeError, LostmotionError
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.laws.cycloid.finite_elements.contours import Edge
+    from lostmotion.laws.cycloid.finite_elements.selection import OnEnvelope, OnPins
 
 MM: Final = 1e3
 # Growth of the size of elements away from small ones.
@@ -69,10 +70,15 @@ def mesh_of(blank: Blank, coarse: float) -> Any:  # noqa: ANN401 - NGSolve publi
 
 
 class Meshes:
-    """Coarser and finer meshes of wheels, kept for the same wheels under another elastic law."""
+    """Coarser and finer meshes of wheels, kept for the same wheels under another elastic law.
+
+    flanks  which parts are meshed as contacts, as far as they have grown: under another law they
+            are as large or nearly so, and every attempt with contacts too small is a whole solution
+    """
 
     def __init__(self) -> None:
         """Begin without meshes."""
+        self.flanks: dict[tuple[object, ...], OnPins | OnEnvelope] = {}
         self._kept: dict[tuple[object, ...], tuple[Any, Any]] = {}
 
     def of(self, blank: Blank, coarse: float) -> tuple[Any, Any]:

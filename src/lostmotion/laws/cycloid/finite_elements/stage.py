@@ -154,7 +154,8 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     terms         of the displacements over the width, in three dimensions with free faces
                   (`elasticity`), with pressures uniform over the width and gaps that are means over
                   it; zero: plane, with the stress states of the wheels
-    meshes        those of the same wheels under another elastic law, and where new ones are kept
+    meshes        those of the same wheels under another elastic law, with the contacts that grew
+                  under the same load there, and where new ones are kept
     progress      called with what is done, how much of it and of how much
 
     Raises ValueError, before meshing, for wheels that are too thin and for interfering flanks,
@@ -173,12 +174,13 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     )
     load = 4 * float(np.max(torques)) / (stage.planet_pitch_radius * stage.pins * width * modulus)
     envelope = stage.kind == "lobe envelope"
-    flanks = (
+    kept = Meshes() if meshes is None else meshes
+    flanks = kept.flanks.setdefault(
+        (stage, crank, load, intervals, relief),
         OnEnvelope(stage, crank, load, intervals, relief)
         if envelope
-        else OnPins(stage, crank, load, intervals)
+        else OnPins(stage, crank, load, intervals),
     )
-    kept = Meshes() if meshes is None else meshes
     for _ in range(_MOST_GROWTHS):
         made, at = flanks.chosen()
         two = _TwoMeshes(
