@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import importlib.util
+import re
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -239,6 +240,16 @@ def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_convers
         assert angle == pytest.approx(strain, rel=0.01)
         assert strain_rotation < solid_rotation < stress_rotation < angle
     assert "3-D is coarse" in section["note"]
+    stated = re.findall(r"two meshes differ by ([\d., ]+) % at these torques", section["note"])
+    (stage,) = gear.fem
+    for shares, errors, rotations in zip(
+        stated,
+        (stage.error, stage.error_3d),
+        (stage.rotation[0], stage.rotation_3d),
+        strict=True,
+    ):
+        found = [float(share) / 100 for share in shares.split(", ")]
+        np.testing.assert_allclose(found, errors / rotations, rtol=0.05)
     assert "not meshed: the planetary first stage" in section["note"]
     folder = gear.report(tmp_path / "report")
     page = (folder / "report.html").read_text("utf-8")

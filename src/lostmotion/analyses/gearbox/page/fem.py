@@ -159,7 +159,6 @@ def _sections_of(stage: FiniteElements) -> tuple[Section, Section]:
         (f"{stated_text(float(torque))} N m", *values)
         for torque, *values in zip(stage.torque, *figures, strict=True)
     )
-    off = 100 * float(stage.error[-1] / stage.rotation[0, -1])
     branch = (
         "; contacts of both branches of the envelope ring"
         if stage.stage.kind == "lobe envelope"
@@ -170,9 +169,8 @@ def _sections_of(stage: FiniteElements) -> tuple[Section, Section]:
         f"{stage.name}, crank at zero, equal discs; torque, rotation beyond the play and "
         "stiffness at the output of the gearbox; the true disc is "
         "between plane strain and plane stress, stresses are those of plane strain; without "
-        "bearings, output pins and frame; at the largest torque "
-        f"two meshes differ by {off:.2g} % in rotation, below it by more. A strain is no "
-        "rotation: the last column is the conversion of "
+        f"bearings, output pins and frame; in rotation {_differ(stage.error, stage.rotation[0])}. "
+        "A strain is no rotation: the last column is the conversion of "
         f"S. Strutynskyi and R. Semenchuk (2021), for comparison{branch}{_note_3d(stage)}{unmeshed}"
     )
     theta, forces = stage.loaded.theta, stage.loaded.forces[-1]
@@ -208,10 +206,15 @@ def _note_3d(stage: FiniteElements) -> str:
     return (
         "; 3-D is coarse: disc and its share of the ring over the width, with free faces and "
         "bonded fixed circles, displacements in the plane equal "
-        "over the width and linear across it, up to 1 % too stiff; two meshes differ by "
-        f"{100 * float(stage.error_3d[-1] / stage.rotation_3d[-1]):.2g} % "
-        f"({stage.unknowns:_} unknowns)"
+        "over the width and linear across it, up to 1 % too stiff; "
+        f"{_differ(stage.error_3d, stage.rotation_3d)} ({stage.unknowns:_} unknowns)"
     ).replace("_", " ")
+
+
+def _differ(errors: Floats, rotations: Floats) -> str:
+    """Return by how much the finer mesh changed the rotation under each torque."""
+    shares = ", ".join(f"{share:.2g}" for share in 100 * errors / rotations)
+    return f"two meshes differ by {shares} % at these torques"
 
 
 def fem_plots(stages: tuple[FiniteElements, ...]) -> list[Plot]:
