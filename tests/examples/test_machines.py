@@ -75,7 +75,7 @@ def studied(path: Path) -> lostmotion.Study:
     pinned, or of fewer poses and robots.
     """
     pinned = any(path.name == file for file, *_ in MACHINES)
-    poses, robots, visits = (64, 100, 10) if pinned else (16, 30, 3)
+    poses, robots, visits = (64, 100, 10) if pinned else (8, 8, 2)
     return lostmotion.study(lostmotion.read(path), poses, robots=robots, visits=visits)
 
 
