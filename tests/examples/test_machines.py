@@ -14,6 +14,7 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion.mechanism.state import state_of
+from lostmotion.propagation.montecarlo import bands
 from lostmotion.reporting.first_screen import print_first_screen
 from tests.examples.test_every_example import EXAMPLES, FILES
 
@@ -72,11 +73,13 @@ MACHINES = (
 @cache
 def studied(path: Path) -> lostmotion.Study:
     """Return a study of an example with every table and bar of a result: the one whose figures are
-    pinned, or of fewer poses and robots.
+    pinned, or of few poses, robots and draws.
     """
-    pinned = any(path.name == file for file, *_ in MACHINES)
-    poses, robots, visits = (64, 100, 10) if pinned else (16, 30, 3)
-    return lostmotion.study(lostmotion.read(path), poses, robots=robots, visits=visits)
+    if any(path.name == file for file, *_ in MACHINES):
+        return lostmotion.study(lostmotion.read(path), 64, robots=100, visits=10)
+    with pytest.MonkeyPatch.context() as few:
+        few.setattr(bands, "DRAWS", 8)  # of what an arm leaves open
+        return lostmotion.study(lostmotion.read(path), 8, robots=8, visits=2)
 
 
 @pytest.mark.parametrize(

@@ -254,10 +254,10 @@ def turned_until_jammed(stage: Stage, crank: float, made: Modification, side: in
     "made", [Modification(roller=1e-5), Modification(circle=1e-5)], ids=["roller", "circle"]
 )
 def test_play_is_the_free_rotation_of_the_disc(made: Modification):
-    """The free rotation of the disc between contacts, at four crank angles, is the formula's play
-    or up to 3.5 % more.
+    """The free rotation of the disc between contacts, at two crank angles, is the formula's play or
+    up to 3.5 % more.
     """
-    for crank in np.linspace(0, 2 * math.pi / SMALL.pins, 4, endpoint=False):
+    for crank in (0.0, math.pi / SMALL.pins):
         free = sum(turned_until_jammed(SMALL, float(crank), made, side) for side in (-1, 1))
         assert 0.999 <= free / play(SMALL, made) <= 1.035
 

@@ -122,7 +122,7 @@ def test_rings_are_reciprocal_at_contacts_of_both_branches(
     np.testing.assert_allclose(found, finer, atol=1e-3 * np.abs(found).max())
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.integers(5, 70),
     st.floats(0.15, 0.95),

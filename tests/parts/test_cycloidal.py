@@ -585,7 +585,7 @@ def test_friction_without_load_holds_the_output_where_it_stopped():
     assert held.screw[0, 2] == pytest.approx(wind_up_at(gearbox.behaviour, 10.0))
 
 
-def test_two_preloaded_discs_wind_up_forwards():
+def test_two_preloaded_discs_wind_up_forwards(monkeypatch):
     """Pins and flanks off by 6 µm and nothing ground off for them: the pair rests preloaded, and
     from there turns with the torque, ever further.
     """
@@ -597,6 +597,7 @@ def test_two_preloaded_discs_wind_up_forwards():
     }
     gearbox = drawing(**stated)
     torque = 784 * np.array([0.003, 0.03, 0.3, 1.0])
+    monkeypatch.setattr(model, "GEARBOXES", 32)  # of the mean of its wind-up
     made = gearboxes(gearbox, np.concatenate([-torque, torque]), 4, 20)
     assert made.jammed > 0.2
     ahead, behind = made.wind_up[4:], made.wind_up[:4]
@@ -607,8 +608,7 @@ def test_two_preloaded_discs_wind_up_forwards():
 
 
 @pytest.mark.parametrize(
-    ("form", "radius"),
-    [("lobe envelope", "63.7 mm"), ("lobe arcs", "64.1 mm"), ("lobe envelope", "66 mm")],
+    ("form", "radius"), [("lobe envelope", "63.7 mm"), ("lobe arcs", "64.1 mm")]
 )
 def test_a_ring_of_one_piece_with_its_lobes_needs_room_for_no_pins(form, radius):
     """Roots lie at R - Rr + 2 e = 63.6 mm: a ring beyond them holds, though pins of 3 mm on 64 mm
