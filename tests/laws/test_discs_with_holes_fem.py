@@ -30,9 +30,9 @@ VALIDATES = (
         "holes near the flank of a disc",
         (
             "finite elements of the whole contact, mean over four positions of the holes: N 14 "
-            "with webs of 3 mm"
+            "with webs of 3 mm, N 16"
         ),
-        "2 %",
+        "2 %; 0.5 %",
         "laws/perforated_disc.py",
     ),
 )
@@ -174,15 +174,37 @@ def test_discs_on_crankshafts_agree_with_curved_finite_elements(case):
 
 
 @pytest.mark.slow
-def test_holes_near_the_flank_agree_with_finite_elements_of_the_whole_contact():
+@pytest.mark.parametrize(
+    ("stage", "bore", "holes", "torque", "pitches", "within"),
+    [
+        (
+            Stage(0.034, 0.0035, 0.0015, 14),
+            0.0105,
+            Holes(8, 0.02, 0.00605),
+            20.0,
+            (0, 28, 22, 50),
+            0.02,
+        ),
+        (
+            Stage(0.034, 0.003, 0.0012, 16),
+            0.01,
+            Holes(6, 0.0195, 0.006),
+            20.0,
+            (0, 58, 56, 22),
+            0.005,
+        ),
+    ],
+)
+def test_holes_near_the_flank_agree_with_finite_elements_of_the_whole_contact(
+    stage, bore, holes, torque, pitches, within
+):
     """Rotation of a steel disc in a rigid ring, mean over four positions of the holes: 2 % with
-    webs of 3 mm below valleys of 1.5 mm.
+    webs of 3 mm below valleys of 1.5 mm, else 0.5 %.
     """
     pytest.importorskip("ngsolve")
-    stage, load = Stage(0.034, 0.0035, 0.0015, 14), np.array([20.0])
-    body = ElasticBody("planet", 0.0105, 210e9, 0.3, Holes(8, 0.02, 0.00605))
+    body, load = ElasticBody("planet", bore, 210e9, 0.3, holes), np.array([torque])
     # turned by whole pitches of the pins, so that only the holes move
-    cranks = 2 * math.pi / stage.pins * np.array([0, 28, 22, 50])
+    cranks = 2 * math.pi / stage.pins * np.array(pitches)
     found = [
         float(loaded_stage(stage, body, None, 0.01, load, crank=crank).rotation[0])
         for crank in cranks.tolist()
@@ -191,4 +213,4 @@ def test_holes_near_the_flank_agree_with_finite_elements_of_the_whole_contact():
     own = load_sharing(
         stage, flanks, load, [0.0], bodies=flexibility(stage, body, 0.01, np.zeros(1))
     ).checked()
-    assert float(own.rotation[0, 0, 0]) == pytest.approx(float(np.mean(found)), rel=0.02)
+    assert float(own.rotation[0, 0, 0]) == pytest.approx(float(np.mean(found)), rel=within)
