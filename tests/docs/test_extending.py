@@ -340,8 +340,8 @@ from lostmotion.runs.job import made_with
 print(made_with()["acme-robots"])
 from lostmotion.propagation.error_samples import Drawn
 from lostmotion.propagation.figures import figures_of
-from tests.arms import small_study
-errors = small_study(poses=8, robots=4, visits=2).errors
+from lostmotion.propagation.montecarlo.montecarlo import run
+errors = Drawn.of(run(arm, lostmotion.sample_poses(arm, 8), 4, 2, 1))
 print("p25" in figures_of(errors), errors.quantile(0.25) == figures_of(errors)["p25"].of(errors))
 """
     assert outside.run("-c", code) == "['A'] True SpurGearbox\n1.2\nTrue True\n"
