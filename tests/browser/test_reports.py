@@ -22,11 +22,11 @@ SWEEP = (
     '"payload.mass" = ["1 kg", "5 kg"]\n'
 )
 REPORTS = {
-    "study": lambda _: lostmotion.study(Z_ARM, poses=256, robots=100, visits=10),
+    "study": lambda _: lostmotion.study(Z_ARM, poses=64, robots=40, visits=4),
     "map": lambda _: lostmotion.map(
         Z_ARM,
         cell="150 mm",
-        poses=2048,
+        poses=512,
         per_cell=2,
         target="1 mm",
         box="300 mm x 200 mm x 100 mm",
@@ -34,7 +34,7 @@ REPORTS = {
     "gear": lambda _: lostmotion.gear(EXAMPLES / "gearbox" / "printed.toml", gearboxes=20),
     "bearing": lambda _: lostmotion.bearing(EXAMPLES / "bearing" / "6209-pair.toml", bearings=50),
     "iso9283": lambda _: lostmotion.iso9283(
-        Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=60, instrument="5 µm"
+        Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=20, instrument="5 µm"
     ),
     "target": lambda _: lostmotion.target(
         EXAMPLES / "planar-2r.toml", error="1 mm", robots=60, visits=4, poses=64
@@ -58,7 +58,7 @@ REPORTS = {
     ),
     "statics": lambda _: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg"),
     "sweep": lambda folder: lostmotion.sweep(
-        Z_ARM, folder / "sweep.toml", poses=16, robots=20, visits=4, out=folder / "run"
+        Z_ARM, folder / "sweep.toml", poses=8, robots=20, visits=4, out=folder / "run"
     ),
 }
 # Whole numbers that are counted, and so are exact: alone in a cell of a table, or before what was

@@ -261,19 +261,29 @@ def test_the_version_is_printed(tmp_path):
     assert done.stdout.strip() == f"lostmotion {package.__version__}"
 
 
+AND_SAY_WHEN = """
+import sys
+from lostmotion.cli import main
+from lostmotion.propagation.montecarlo import montecarlo
+batches = montecarlo._batches
+def started(*given):
+    print('started', flush=True)
+    return batches(*given)
+montecarlo._batches = started
+sys.argv[0] = 'lostmotion'
+main()
+"""
+
+
 def test_a_stopped_run_leaves_nothing_behind(tmp_path):
     """Ctrl-C in mid-run: exit code 130, one word about it, no traceback, no file."""
-    started = (
-        "import sys; from lostmotion.cli import main; print('started', flush=True); sys.argv[0] = "
-        "'lostmotion'; main()"
-    )
-    command = [sys.executable, "-c", started, "run", str(ARM), "--poses", "200000"]
+    command = [sys.executable, "-c", AND_SAY_WHEN, "run", str(ARM), "--poses", "16384"]
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline().strip() == "started"
-        time.sleep(3)
+        time.sleep(0.2)
         process.send_signal(signal.SIGINT)
         _, told = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -79,7 +79,7 @@ def undrawn(tmp_path):
 
 @POSIX
 @pytest.mark.parametrize(
-    "stream", [">&-", "> /dev/full", ">&- 2>&-", "> /dev/full 2> /dev/full", ">&- <&-"]
+    "stream", ["> /dev/full", ">&- 2>&-", "> /dev/full 2> /dev/full", ">&- <&-"]
 )
 def test_an_output_that_takes_nothing_costs_no_results(arm, undrawn, tmp_path, stream):
     """Standard output closed or full: exit code 1, at most one message, and the results are

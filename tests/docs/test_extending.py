@@ -69,6 +69,14 @@ OUTSIDE = "From another package"
 CHANGES = [change for change in EVERY if change.heading != OUTSIDE]
 
 
+COMMANDS = """
+import json, sys
+from tests.command import carried_out
+done = [carried_out(*words, cwd=".", columns=200) for words in json.loads(sys.argv[1])]
+print(json.dumps([(each.returncode, each.stdout, each.stderr) for each in done]))
+"""
+
+
 class Copy(NamedTuple):
     """The package with the page's changes, beside a folder to work in."""
 
@@ -90,6 +98,14 @@ class Copy(NamedTuple):
         assert done.returncode == check, done.stderr
         return done.stdout if check == 0 else done.stderr
 
+    def carried_out(self, *commands, check=0):
+        """Carry out commands one after the other in one process: Python loads the libraries once.
+        Return what each prints, or what it complains of.
+        """
+        found = json.loads(self.run("-c", COMMANDS, json.dumps(commands)))
+        assert {code for code, *_ in found} == {check}, found
+        return [out if check == 0 else err for _, out, err in found]
+
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
@@ -107,9 +123,13 @@ def copy(tmp_path_factory):
             text.replace(change.before, change.after) if change.before else change.after, "utf-8"
         )
     _take_kernels(made)
-    for line in _commands(outside=False):
-        # the closed form is that of every pose
-        made.run("-m", *line, *(("--poses", "16") if "study" in line else ()))
+    # the closed form is that of every pose
+    made.carried_out(
+        *(
+            [*words, *(("--poses", "16") if "study" in words else ())]
+            for words in _commands(outside=False)
+        )
+    )
     return made
 
 
@@ -126,9 +146,11 @@ def _take_kernels(made: Copy) -> None:
 
 
 def _commands(*, outside: bool) -> list[list[str]]:
-    """Return the commands of the page, those of the package of its own or the others."""
+    """Return the words after `lostmotion` in the commands of the page, those of the package of its
+    own or the others.
+    """
     return [
-        shlex.split(line)
+        shlex.split(line.removeprefix("lostmotion "))
         for block in snippets(PAGE, "sh")
         if (_heading(block) == OUTSIDE) is outside
         for line in block.text.splitlines()
@@ -214,7 +236,6 @@ def test_the_new_gearbox_errs_as_its_closed_form(copy):
     assert found["states"]["A"]["transm_error"]["words"] == "stated"
     waves = json.dumps(_figures(copy, "one-joint-gearbox"))
     assert "pinion" in waves
-    assert "SpurGearbox" in copy.run("-m", "lostmotion", "schema")
 
 
 @pytest.mark.slow
@@ -228,7 +249,7 @@ def test_a_mistake_in_the_new_gearbox_is_refused_as_in_any_other(copy):
         ),
         "utf-8",
     )
-    message = copy.run("-m", "lostmotion", "study", "wrong.toml", check=2)
+    (message,) = copy.carried_out(["study", "wrong.toml"], check=2)
     assert "pinion_error" in message
     assert "5 mm" in message
     assert "wheel_error" in message
@@ -292,14 +313,14 @@ def test_the_new_question_is_asked_from_python_and_from_the_command_line(copy):
     assert found["steps"]["A"]["largest"]["value"] == pytest.approx(expected, rel=1e-9)
     assert found["steps"]["A"]["mean"]["value"] == pytest.approx(expected, rel=1e-9)
     assert (copy.work / "one-joint-resolution" / "report.html").stat().st_size > 1000
-    assert re.search(
-        r"^ +resolution +Report how far", copy.run("-m", "lostmotion", "--help"), re.MULTILINE
-    )
+    listed, explained, schema = copy.carried_out(["--help"], ["resolution", "--help"], ["schema"])
+    assert re.search(r"^ +resolution +Report how far", listed, re.MULTILINE)
     assert "Smallest turn of each joint, '1 arcmin'. Default: 1 arcmin." in " ".join(
-        copy.run("-m", "lostmotion", "resolution", "--help").split()
+        explained.split()
     )
-    message = copy.run(
-        "-m", "lostmotion", "resolution", "one-joint.toml", "--increment", "0 arcmin", check=2
+    assert "SpurGearbox" in schema
+    (message,) = copy.carried_out(
+        ["resolution", "one-joint.toml", "--increment", "0 arcmin"], check=2
     )
     assert "--increment" in message
     assert "1 arcmin" in message
@@ -307,12 +328,10 @@ def test_the_new_question_is_asked_from_python_and_from_the_command_line(copy):
 
 def test_a_package_brings_a_gearbox_kind_a_figure_and_a_question(outside):
     """The commands of the page run; help and Python have the question; another arm is as before."""
-    names, checked = (outside.run("-m", *line) for line in _commands(outside=True))
+    names, checked, listed = outside.carried_out(*_commands(outside=True), ["--help"])
     assert names == "A\n"
     assert "one joint" in checked
-    assert re.search(
-        r"^  joints +List the joints", outside.run("-m", "lostmotion", "--help"), re.MULTILINE
-    )
+    assert re.search(r"^  joints +List the joints", listed, re.MULTILINE)
     code = """
 import lostmotion
 arm = lostmotion.read("one-joint.toml")
@@ -321,8 +340,8 @@ from lostmotion.runs.job import made_with
 print(made_with()["acme-robots"])
 from lostmotion.propagation.error_samples import Drawn
 from lostmotion.propagation.figures import figures_of
-from tests.arms import small_study
-errors = small_study(poses=8, robots=4, visits=2).errors
+from lostmotion.propagation.montecarlo.montecarlo import run
+errors = Drawn.of(run(arm, lostmotion.sample_poses(arm, 8), 4, 2, 1))
 print("p25" in figures_of(errors), errors.quantile(0.25) == figures_of(errors)["p25"].of(errors))
 """
     assert outside.run("-c", code) == "['A'] True SpurGearbox\n1.2\nTrue True\n"

@@ -19,8 +19,10 @@ COMMANDS = re.findall(r"`(lostmotion [^`]+)`", TABLE)
 ENDLESS = "lostmotion view "
 # Added to the commands that take longest: their answers have tests of their own.
 FEWER = {
-    "map": "--per-cell 2 --poses 1024",
+    "study": "--poses 64 --robots 24 --visits 3 --until 20%",
+    "map": "--per-cell 2 --poses 256",
     "iso9283": "--robots 20",
+    "size": "--poses 8",
     "target": "--poses 16 --robots 24 --visits 3",
     "compare": "--poses 16 --robots 24 --visits 3",
     "sweep": "--poses 16 --robots 24 --visits 3",

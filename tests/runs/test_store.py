@@ -36,7 +36,7 @@ VALIDATES = (
     (
         "big runs",
         (
-            "20 kills at random moments, resumed on 1, 2 and 7 workers; a Dask worker killed; "
+            "10 kills at random moments, resumed on 1, 2 and 7 workers; a Dask worker killed; "
             "chunks cut or altered; the study in memory; all "
             "samples one by one"
         ),
@@ -231,33 +231,20 @@ def test_a_run_waits_for_one_that_only_reads_the_order(small, copy):
     reader.join()
 
 
-def started_together(arm, tmp_path, trials):
-    """Start two runs in one new folder at the same moment, so often; each trial must leave one
-    order with its own figures.
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def test_twenty_concurrent_starts_never_mix(arm, tmp_path):
+    """Of two runs of different seeds that start at the same moment in a new folder one is refused,
+    and the folder holds the other's order and figures alone, twenty times.
     """
     ran = subprocess.run(
-        [sys.executable, HERE / "together.py", arm, tmp_path, str(trials), "7"],
+        [sys.executable, HERE / "together.py", arm, tmp_path, "20", "7"],
         capture_output=True,
         text=True,
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
-    assert ran.stdout == f"{trials} right, {trials} refused\n"
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
-def test_two_runs_that_start_in_one_new_folder_never_mix(arm, tmp_path):
-    """Of two runs of different seeds that start at the same moment one is refused, and the folder
-    holds the other's order and figures alone.
-    """
-    started_together(arm, tmp_path, 3)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
-def test_twenty_concurrent_starts_never_mix(arm, tmp_path):
-    """The same for twenty starts."""
-    started_together(arm, tmp_path, 20)
+    assert ran.stdout == "20 right, 20 refused\n"
 
 
 def test_a_run_whose_folder_became_another_ones_is_not_carried_out(small, tmp_path):
@@ -550,27 +537,16 @@ def killed(arm, folder, kills, seed):
     return [folder, *folder.parent.glob(f"{folder.name}.done*")]
 
 
-def compared(arm, tmp_path, kills):
-    """Hold what was killed and gone on with against a run that was left alone."""
-    whole = Store.begin(tmp_path / "whole", order(arm, **COUNTS))
-    carry_out(whole, 2)
-    for found in killed(arm, tmp_path / "killed", kills, seed=5):
-        assert tree(found) == tree(whole.folder)
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
-def test_a_killed_run_goes_on_to_the_same_bytes(arm, tmp_path):
-    """Killed three times at random moments and resumed on 1, 2 and 7 workers, a run leaves the same
-    files as one that was left alone.
-    """
-    compared(arm, tmp_path, 3)
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
 def test_a_run_killed_ten_times_goes_on_to_the_same_bytes(arm, tmp_path):
-    """The same for ten kills."""
-    compared(arm, tmp_path, 10)
+    """Killed ten times at random moments and resumed on 1, 2 and 7 workers, a run leaves the same
+    files as one that was left alone.
+    """
+    whole = Store.begin(tmp_path / "whole", order(arm, **COUNTS))
+    carry_out(whole, 2)
+    for found in killed(arm, tmp_path / "killed", kills=10, seed=5):
+        assert tree(found) == tree(whole.folder)
 
 
 @pytest.mark.slow

@@ -345,6 +345,7 @@ def test_the_report_says_what_was_found(swept):
     ],
     ids=["none", "one key", "a range", "words", "three keys"],
 )
+@pytest.mark.usefixtures("unpainted")
 def test_any_number_of_keys_is_shown(tmp_path, table, shape):
     """No key, one, or three: there is a sheet, a plot for it, and arrays of that shape; visits
     without a second give no AP and RP.

@@ -111,6 +111,7 @@ def test_a_price_that_is_not_stated_is_no_price(arm, tmp_path):
     assert "prices (none is stated)" in without.sheet.facts["not_counted"]
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_force_replaces_another_run_and_continues_the_same(arm, tmp_path):
     """Without it another number of robots is refused and nothing is touched; with it the folder is
     that of a run from the start, to the last byte.

@@ -214,8 +214,9 @@ def _batches(plan: BlockPlan, threads: int, tile: int, compared: int) -> Iterato
     if threads == 1:
         yield from (_batch(plan, spans, compared) for spans in batches)
         return
-    with ThreadPoolExecutor(threads) as pool:
-        waiting: deque[Future[list[_Batch]]] = deque()
+    pool = ThreadPoolExecutor(threads)
+    waiting: deque[Future[list[_Batch]]] = deque()
+    try:
         for of_tile in (batches[k : k + tile] for k in range(0, len(batches), tile)):
             waiting.append(
                 pool.submit(lambda some: [_batch(plan, spans, compared) for spans in some], of_tile)
@@ -224,6 +225,9 @@ def _batches(plan: BlockPlan, threads: int, tile: int, compared: int) -> Iterato
                 yield from waiting.popleft().result()
         while waiting:
             yield from waiting.popleft().result()
+    finally:
+        # a run that is stopped waits for what is being computed, and begins nothing more
+        pool.shutdown(cancel_futures=True)
 
 
 def _spans(plan: BlockPlan) -> list[tuple[int, int]]:
