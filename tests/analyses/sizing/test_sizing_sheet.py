@@ -17,7 +17,7 @@ from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.layout import row_at
-from tests.command import carried_out, carried_out_by_process
+from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -359,6 +359,7 @@ def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
             lostmotion.size(arm, wrong)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_sizing_works_out_of_the_box(tmp_path):
     """`lostmotion size odd.toml` prints, writes and ends well; the same input gives the same bytes;
     an existing folder is left alone.
@@ -367,9 +368,7 @@ def test_sizing_works_out_of_the_box(tmp_path):
     first = ran("odd.toml", "--poses", 8, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "odd-sized/sized.toml\n" in first.stdout
-    second = carried_out_by_process(
-        "size", "odd.toml", "--poses", 8, "--out", "again", cwd=tmp_path
-    )
+    second = ran("odd.toml", "--poses", 8, "--out", "again", cwd=tmp_path)
     assert second.returncode == 0
     for name in ("result.json", "sized.toml"):
         assert (tmp_path / "again" / name).read_bytes() == (
