@@ -76,7 +76,7 @@ def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
     """
     told = {}
     for method, out in (("analytic", ("--out", "out")), ("montecarlo", ("--json",))):
-        words = ("--at", "3", "--zone", "z 0..2 m", "--method", method, *out)
+        words = ("--at", "3", "--zone", "z 0..2 m", "--method", method, "--poses", "16", *out)
         done = run(*words, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         written = tmp_path / "out" / "result.json"
@@ -164,6 +164,7 @@ def test_questions_still_to_come_keep_to_the_study_s_threads(monkeypatch, method
             used.append(threads) or kept(*given, threads=threads, **named)
         ),
     )
-    study = lostmotion.study(lostmotion.read(ARM), 16, robots=8, visits=2, method=method, threads=1)
+    arm = lostmotion.read(ARM.with_name("planar-2r.toml"))
+    study = lostmotion.study(arm, 8, robots=8, visits=2, method=method, threads=1)
     _ = study.with_budget(at=3).halving
     assert used == [1] * (2 if method == "analytic" else 1)
