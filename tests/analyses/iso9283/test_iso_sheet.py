@@ -12,9 +12,10 @@ from rich.console import Console
 import lostmotion
 from lostmotion.analyses.iso9283.page.plots import iso_plots
 from lostmotion.analyses.iso9283.result import _ends
-from lostmotion.propagation.iso9283.cube import NAMES
+from lostmotion.propagation.iso9283.cube import NAMES, cube_from_arguments
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
+from lostmotion.standards import commanded_poses
 from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -365,7 +366,7 @@ def test_other_poses_are_compared_where_the_robot_was_sent():
     assert any("not P1 to P5 of the test cube" in note for note in found.sheet.notes)
 
 
-def test_a_cube_of_other_corners_is_compared_at_its_commands(tmp_path):
+def test_a_cube_of_other_corners_is_compared_at_its_commands(monkeypatch, tmp_path):
     """Five poses in another plane of a cube, in decimal commas: the comparison at these poses comes
     first, and figures of the test cube found elsewhere are named as such.
     """
@@ -383,9 +384,15 @@ def test_a_cube_of_other_corners_is_compared_at_its_commands(tmp_path):
     path = tmp_path / "measured.csv"
     heads = "pose;cycle;xc [mm];yc [mm];zc [mm];x [mm];y [mm];z [mm]"
     path.write_text("\n".join([heads, *lines]), encoding="utf-8")
+    # the search for the largest cube, which these commands ask for, is replaced by one that stands
+    cube, sought = cube_from_arguments(lostmotion.read(Z_ARM), np.array([0.55, 0.0, 0.9]), 0.2), []
+    monkeypatch.setattr(
+        commanded_poses, "largest_cube", lambda *said, **_: sought.append(said) or cube
+    )
     found = lostmotion.iso9283(
         lostmotion.read(Z_ARM), path, robots=4, visits=5, cube=None, centre=None
     )
+    assert len(sought) == 1
     assert found.commanded.names == tuple(at)
     np.testing.assert_allclose(
         [pose[:3, 3] for pose in found.commanded.poses],

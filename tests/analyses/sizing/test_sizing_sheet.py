@@ -52,7 +52,7 @@ def ran(*words, cwd):
 @pytest.fixture(scope="module")
 def size():
     """Return the paper's arm with sized links."""
-    return lostmotion.size(Z_ARM, poses=64)
+    return lostmotion.size(Z_ARM, poses=16)
 
 
 def asked(tmp_path, text, arm=None, **options):
@@ -95,7 +95,7 @@ def test_sizes_are_usual_ones_unless_a_step_is_asked_for(size):
     size, which is lighter. Each is checked again.
     """
     assert [link.section.outer for link in size.links] == pytest.approx([0.13, 0.13, 0.095, 0.055])
-    exact, tenths = (lostmotion.size(Z_ARM, poses=64, step=step) for step in ("0 mm", "0.1 mm"))
+    exact, tenths = (lostmotion.size(Z_ARM, poses=16, step=step) for step in ("0 mm", "0.1 mm"))
     masses = [sum(link.mass for link in each.links) for each in (exact, tenths, size)]
     assert masses == sorted(masses)
     assert all(
@@ -379,7 +379,7 @@ def test_sizing_works_out_of_the_box(tmp_path):
     assert "exists" in third.stderr
 
 
-@pytest.mark.usefixtures("few_scales")
+@pytest.mark.usefixtures("few_scales", "unpainted")
 def test_limits_that_no_section_meets_are_reported_with_numbers(tmp_path):
     """Where the largest tube exceeds a limit the command reports link, limit and value, writes no
     sized arm and exits with 1.
