@@ -110,7 +110,12 @@ def found(stated_request):
 def error_of(arm, poses=32, counts=SMALL):
     """Return the 95 % error of an arm by a study."""
     sampled = run(
-        arm, lostmotion.sample_poses(arm, poses), counts.robots, counts.visits, counts.seed
+        arm,
+        lostmotion.sample_poses(arm, poses),
+        counts.robots,
+        counts.visits,
+        counts.seed,
+        compared=0,
     )
     return pooled_quantile(
         sampled.group_hist,
