@@ -265,7 +265,7 @@ def test_the_live_view_and_an_exported_controller_carry_the_bound(tmp_path):
             assert ("at least" in words) == bounded
 
 
-# Each kind alone is told from the others by its name above.
+# That each kind alone is missing and named is tested above.
 @pytest.mark.parametrize("kind", ["link length", "none"])
 def test_any_missing_kind_makes_the_figures_of_a_study_bounds(tmp_path, kind):
     """Headline, cards, remedies, RP and the share within a target: bounds without the kind, plain
