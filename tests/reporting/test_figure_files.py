@@ -50,12 +50,19 @@ def drawn_again():
     return small_study().plots
 
 
+def written(kind):
+    """Return the plots that are written as files of a kind: all of them as SVG; as others, which
+    matplotlib alone makes of the same figures, every third.
+    """
+    return drawn() if kind == "svg" else drawn()[::3]
+
+
 @cache
 def files(kind):
     """Return the figures of a kind, with tables, that are written into the small study's report, by
     their names there.
     """
-    return small_study().copies(drawn(), kind, TABLES[kind])
+    return small_study().copies(written(kind), kind, TABLES[kind])
 
 
 @pytest.fixture
@@ -69,7 +76,7 @@ def at_rest(tmp_path):
 def test_every_figure_is_written_as_a_file_of_its_kind(kind):
     """A file for each plot of the report, under its name, and the same bytes when written again."""
     figures = {name: files(kind)[name] for name in files(kind) if name.startswith("figures/")}
-    assert set(figures) == {f"figures/{plot.key}.{kind}" for plot in drawn()}
+    assert set(figures) == {f"figures/{plot.key}.{kind}" for plot in written(kind)}
     assert all(content.startswith(BEGINNINGS[kind]) for content in figures.values())
     # Of every third plot: what a kind of file could add is the same for all of them, and that each
     # plot is drawn the same again is tested on the pages of two reports.

@@ -170,6 +170,7 @@ def test_the_iso_sheet_says_it_too(tmp_path):
     )
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_a_sweep_names_the_designs_that_fail(tmp_path):
     """Of designs with little play and with sixty degrees the sound ones are ranked, and the others
     are counted with the worst one's name.

@@ -16,9 +16,9 @@ QUICK = ("--poses", "32", "--robots", "40", "--visits", "3")
 AT = "shoulder=10deg elbow=-30deg lift=50mm turn=5deg"
 
 
-def run(*words, cwd):
+def run(*words, cwd, arm=ARM):
     """Run the command in a folder."""
-    return carried_out("run", ARM, *QUICK, *words, cwd=cwd)
+    return carried_out("run", arm, *QUICK, *words, cwd=cwd)
 
 
 @pytest.mark.usefixtures("unpainted")
@@ -34,18 +34,18 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
         "--zone",
         "z 0..2 m",
         "--until",
-        "20 %",
+        "40 %",
         "--out",
         "out",
         cwd=tmp_path,
     )
     assert done.returncode == 0, done.stderr
     assert (
-        "Reached ±20 % over the workspace (mean, 95th percentile, AP, RP, any approach) after"
+        "Reached ±40 % over the workspace (mean, 95th percentile, AP, RP, any approach) after"
         in " ".join(done.stdout.split())
     )
     assert (
-        "Reached ±20 % in the zone z 0 … 2000 mm (mean, 95th percentile, AP, RP, any "
+        "Reached ±40 % in the zone z 0 … 2000 mm (mean, 95th percentile, AP, RP, any "
         "approach) after"
     ) in " ".join(done.stdout.split())
     sections = {
@@ -76,8 +76,10 @@ def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
     """
     told = {}
     for method, out in (("analytic", ("--out", "out")), ("montecarlo", ("--json",))):
-        words = ("--at", "3", "--zone", "z 0..2 m", "--method", method, *out)
-        done = run(*words, cwd=tmp_path)
+        # what is compared is summed over terms, whatever the number of robots
+        few = ("--poses", "16", "--robots", "8", "--visits", "2")
+        words = ("--at", "3", "--zone", "z 0..2 m", "--method", method, *few, *out)
+        done = run(*words, cwd=tmp_path, arm=ARM.with_name("planar-2r.toml"))
         assert done.returncode == 0, done.stderr
         written = tmp_path / "out" / "result.json"
         text = done.stdout if "--json" in out else written.read_text()
@@ -164,6 +166,7 @@ def test_questions_still_to_come_keep_to_the_study_s_threads(monkeypatch, method
             used.append(threads) or kept(*given, threads=threads, **named)
         ),
     )
-    study = lostmotion.study(lostmotion.read(ARM), 16, robots=8, visits=2, method=method, threads=1)
+    arm = lostmotion.read(ARM.with_name("planar-2r.toml"))
+    study = lostmotion.study(arm, 8, robots=8, visits=2, method=method, threads=1)
     _ = study.with_budget(at=3).halving
     assert used == [1] * (2 if method == "analytic" else 1)

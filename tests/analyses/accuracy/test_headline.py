@@ -171,7 +171,7 @@ def test_an_overloaded_drive_is_a_condition_of_the_answer(tmp_path):
     """With three times the payload joint A is overloaded: the answer holds only if its drive
     does.
     """
-    study = small(z_arm(tmp_path, 'mass = "5 kg"', 'mass = "15 kg"'))
+    study = small(z_arm(tmp_path, 'mass = "5 kg"', 'mass = "15 kg"'), poses=16, robots=32)
     verdict, _ = check_figures(study)
     assert verdict.startswith(
         "If the overloaded drive of A holds, expect 95 % of positions within "

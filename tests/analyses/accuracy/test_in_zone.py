@@ -65,7 +65,7 @@ def assert_same_bits(one, other):
             assert a == b, field.name
 
 
-@pytest.mark.parametrize("law", ["sobol", "uniform", "normal"])
+@pytest.mark.parametrize("law", ["sobol", "normal"])
 def test_a_zone_that_holds_the_workspace_has_its_figures(arm, law):
     """Bit for bit, by samples and without: its poses are those of the workspace."""
     whole = sample_poses(arm, 48, law, seed=3)
@@ -244,23 +244,23 @@ def test_a_zone_stops_by_its_own_figures(arm, monkeypatch):
 @pytest.fixture(scope="module")
 def study(arm):
     """Ask about a zone named by text and one by which poses are in it."""
-    mask = tool_points(arm, sample_poses(arm, 64).q)[:, 2] > 0
-    return lostmotion.study(arm, 64, 40, 3, method="both", zone=["z 0..2000 mm", mask], threads=1)
+    mask = tool_points(arm, sample_poses(arm, 32).q)[:, 2] > 0
+    return lostmotion.study(arm, 32, 40, 3, method="both", zone=["z 0..2000 mm", mask], threads=1)
 
 
 def test_a_study_says_what_was_found_in_its_zones(study):
     """Screen, result and arrays hold the zone's figures beside the workspace's."""
     by_ends, by_mask = study.zones
     assert (by_ends.name, by_mask.name) == ("z 0 … 2000 mm", "the zone asked for")
-    assert len(by_ends.poses) == 64
-    assert len(by_mask.poses) < 64
-    assert by_mask.tried == 64
+    assert len(by_ends.poses) == 32
+    assert len(by_mask.poses) < 32
+    assert by_mask.tried == 32
     sections = {section.key: section for section in study.sheet.sections}
     suffixes = ("", "_iso9283", "_analytic", "_routes_all", "_routes")
     assert {f"zone_{k}{suffix}" for k in (1, 2) for suffix in suffixes} <= set(sections)
     assert {"budget_at_1", "budget_at_2"} <= set(sections)
     rows = {row.label: row for row in sections["zone_1"].rows}
-    assert [figure.value for figure in rows["poses"].cells] == [64, 64]
+    assert [figure.value for figure in rows["poses"].cells] == [32, 32]
     whole = {row.label: row.cells[0] for row in sections["error"].rows}
     for label, row in rows.items():
         if label != "poses":
@@ -271,7 +271,7 @@ def test_a_study_says_what_was_found_in_its_zones(study):
         [inside.value, inside.low, inside.high]
     )
     assert f"In the zone z 0 … 2000 mm expect 95 % within {figure}" in first_screen(study.sheet)
-    assert study.result()["zones"][1]["looked_at"] == 64
+    assert study.result()["zones"][1]["looked_at"] == 32
     arrays = study.arrays()
     assert arrays["zone_2_error_mean"].shape == (len(by_mask.poses),)
     assert (arrays["zone_1_tool"][:, 2] > 0).all()
@@ -285,7 +285,7 @@ def test_a_study_says_what_was_found_in_its_zones(study):
 
 def test_a_study_without_sampling_says_it_too(arm, study):
     """The same figures as with both methods, and the error budget in the zone."""
-    alone = lostmotion.study(arm, 64, method="analytic", zone={"z": (0, 2)})
+    alone = lostmotion.study(arm, 32, method="analytic", zone={"z": (0, 2)})
     both = {section.key: section for section in study.sheet.sections}
     sections = {section.key: section for section in alone.sheet.sections}
     assert list(sections) == [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from dataclasses import replace
@@ -36,9 +37,15 @@ def study_of(*joints: dict[str, object], visits: int = 3) -> lostmotion.Study:
     return lostmotion.study(arm, 16, 16, visits, threads=1)
 
 
+@functools.cache
+def drawn() -> list[Plot]:
+    """Return the plots of the small study, of which nothing is changed."""
+    return list(plots.plots(small_study()))
+
+
 def test_every_axis_names_its_unit():
     """A thesis prints these plots: whoever sees one alone knows what is drawn and in which unit."""
-    for plot in plots.plots(small_study()):
+    for plot in drawn():
         titles = axis_titles(plot)
         assert titles, plot.key
         assert not crowded(plot.figure), plot.key
@@ -50,9 +57,9 @@ def test_every_axis_names_its_unit():
 
 def test_every_figure_in_a_plot_is_in_the_tables():
     """Whoever reads a number in a plot finds the same number in the tables and in result.json."""
-    study = small_study()
-    assert {plot.key: unprinted(plot, study.sheet) for plot in study.plots} == {
-        plot.key: set() for plot in study.plots
+    sheet = small_study().sheet
+    assert {plot.key: unprinted(plot, sheet) for plot in drawn()} == {
+        plot.key: set() for plot in drawn()
     }
 
 
@@ -66,7 +73,7 @@ def test_a_figure_that_no_table_prints_is_found():
 
 def test_no_two_plots_share_a_key():
     """Keys name files and places on the page."""
-    keys = [plot.key for plot in plots.plots(small_study())]
+    keys = [plot.key for plot in drawn()]
     assert len(set(keys)) == len(keys) == 12
 
 

@@ -22,9 +22,9 @@ from lostmotion.propagation.iso9283.robots import load_sheets, predict_at
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
+from lostmotion.standards.commanded_poses import commanded_poses
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-LOADS = EXAMPLES / "measured" / "z-arm-loads.csv"
 HEADER = (
     "pose,cycle,x [mm],y [mm],z [mm],a [deg],b [deg],c [deg],xc [mm],yc [mm],zc [mm],ac [deg],bc "
     "[deg],cc [deg]"
@@ -71,7 +71,7 @@ def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
     """For an arm of five joints, orientation errors about the command are listed and compared with
     robots of the same orientation.
     """
-    found = lostmotion.iso9283(arm, written(tmp_path, cube), robots=20, visits=5)
+    found = lostmotion.iso9283(arm, written(tmp_path, cube), robots=4, visits=5)
     row = row_at(found.sheet.sections, "measured-axes", "P1_c")
     assert row.cells[0].as_shown == pytest.approx(0.023 * 60, abs=1e-4)
     assert row.cells[1].as_shown == pytest.approx(3 * np.std(np.arange(5) * 0.06, ddof=1), rel=1e-3)
@@ -96,7 +96,7 @@ def test_a_tool_held_otherwise_is_shown_and_not_compared(arm, cube, tmp_path):
     found = lostmotion.iso9283(
         arm,
         written(tmp_path, cube, held=Rotation.from_euler("x", 40, degrees=True).as_matrix()),
-        robots=20,
+        robots=4,
         visits=5,
     )
     assert row_at(found.sheet.sections, "measured-axes", "P1_c").cells[0].as_shown == pytest.approx(
@@ -128,69 +128,6 @@ def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
     assert row.cells[1].as_shown == pytest.approx(beside.cells[1].as_shown, rel=1e-4)
     assert any("ac, bc, cc" in note for note in found.sheet.notes)
     assert not [note for note in whole.sheet.notes if "ac, bc, cc" in note]
-
-
-@pytest.fixture(scope="module")
-def loads(arm):
-    """Evaluate the example's robot under two loads."""
-    return lostmotion.iso9283(arm, LOADS, robots=20, instrument=5e-6)
-
-
-def test_signed_parts_of_ap_are_compared(loads):
-    """AP_x, AP_y, AP_z have a signed comparison of their own: the wrong sign is outside, however
-    small the error.
-    """
-    rows = next(section for section in loads.sheet.sections if section.key == "compared-axes").rows
-    assert [row.label for row in rows] == [f"AP_{axis}, {pose}" for axis in "xyz" for pose in NAMES]
-    one = next(
-        each for each in loads.compared if (each.name, each.pose, each.load) == ("AP_y", "P1", 1.0)
-    )
-    assert one.measured.value < 0
-    row = row_at(loads.sheet.sections, "compared-axes", "AP_y_P1")
-    assert row.note == ("" if one.within else "low")
-    assert row.cells[2].as_shown * 1e-3 == pytest.approx(one.measured.value)
-    assert (one.measured.value < one.predicted.low.value) == (row.note == "low")
-
-
-def test_at_80_columns_a_word_stands_in_the_row(loads):
-    """With two loads in separate tables, high and low are printed in the row of the value, not
-    below the table.
-    """
-    screen = Console(width=80, record=True, file=io.StringIO())
-    print_sheet(loads.sheet, screen)
-    lines = screen.export_text().splitlines()
-    outside = [
-        each
-        for each in loads.compared
-        if not each.within and each.name in {"RP_l", "RD", "AP_p", "AP_x", "AP_y", "AP_z"}
-    ]
-    assert outside
-    for each in outside:
-        word = "high" if each.measured.value > each.predicted.high.value else "low"
-        assert [
-            line
-            for line in lines
-            if line.strip().startswith(f"{each.name}, {each.pose}")
-            and line.rstrip().endswith(f" {word}")
-        ]
-    assert not [line for line in lines if line.rstrip().endswith((": high", ": low", ": within"))]
-
-
-def test_the_sheet_says_that_thirty_visits_read_low(loads):
-    """The note on RP_l states the expectation for 30 visits and its larger limit, 2.2 % for
-    isotropic scatter.
-    """
-    for sheet in loads.predicted.loads:
-        assert (sheet.limit > 1.02 * sheet.expected).all()
-        note = next(
-            section
-            for section in loads.sheet.sections
-            if section.key == f"rp{100 * sheet.load:.0f}"
-        ).note
-        assert "with 30 visits, " in note
-        assert f"{1e6 * sheet.limit[0]:.3g} µm" in note
-    assert "on the average (AP_p)" not in loads.sheet.verdict
-    assert "AP_p of 95 % of arms is within" in loads.sheet.verdict
 
 
 def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
@@ -270,8 +207,9 @@ def test_robots_predicted_at_commanded_poses_are_those_of_the_cube(arm, cube, tm
         file.read_text(encoding="utf-8") + "F,1,9000,0,0,9000,0,0\nF,2,9000,0,0.1,9000,0,0\n",
         encoding="utf-8",
     )
+    visits = lostmotion.iso9283(measured=file).measured.visits
     with pytest.raises(lostmotion.InputError, match=r"F at \(9000, 0, 0\) mm, out of reach"):
-        lostmotion.iso9283(arm, file, robots=2, visits=2, **stated)
+        commanded_poses(arm, visits)
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,7 @@ def asked(tmp_path, text, arm=None, own=(), **options):
     return read_request(path, options, arm or z_arm(), own)
 
 
-def found_for(stated_request, arm, target, counts=SMALL, poses=64):
+def found_for(stated_request, arm, target, counts=SMALL, poses=32):
     """Return a selection with few poses."""
     few, all_poses = lostmotion.sample_poses(arm, 16), lostmotion.sample_poses(arm, poses)
     return select_parts(
@@ -107,10 +107,15 @@ def found(stated_request):
     return found_for(stated_request, z_arm(), stated_request.plan.target)
 
 
-def error_of(arm, poses=64, counts=SMALL):
+def error_of(arm, poses=32, counts=SMALL):
     """Return the 95 % error of an arm by a study."""
     sampled = run(
-        arm, lostmotion.sample_poses(arm, poses), counts.robots, counts.visits, counts.seed
+        arm,
+        lostmotion.sample_poses(arm, poses),
+        counts.robots,
+        counts.visits,
+        counts.seed,
+        compared=0,
     )
     return pooled_quantile(
         sampled.group_hist,

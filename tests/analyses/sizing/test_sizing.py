@@ -126,14 +126,13 @@ def test_the_lightest_section_of_a_cantilever_has_a_closed_form():
     assert found.meets_limits
 
 
-@pytest.mark.parametrize("wall", ["3 mm", "5 %"])
-def test_no_lighter_section_of_one_free_size_is_within_the_limits(wall):
+def test_no_lighter_section_of_one_free_size_is_within_the_limits():
     """Of all tubes in steps of 0.1 mm, none lighter than the result is within the limits, and the
     result is.
     """
     arm = two_links()
     sought, _ = task(arm, 0)
-    family = TubeFamily(outer="40 mm .. 160 mm", wall=wall)
+    family = TubeFamily(outer="40 mm .. 160 mm", wall="3 mm")
     found = lightest(sought, family, 1e-4)
     assert found.meets_limits
     every = [family.section((outer / 1e4, family.wall.low)) for outer in range(400, 1601)]
@@ -224,13 +223,13 @@ def _share(value, span, leading, usual):
 @pytest.mark.parametrize(
     ("family", "steps"),
     [
-        (TubeFamily(outer="40 mm .. 120 mm", wall="2 mm .. 8 mm"), 20),
-        (BoxFamily(height="30 mm .. 120 mm", width="20 mm .. 80 mm", wall="2 mm .. 5 mm"), 9),
+        (TubeFamily(outer="40 mm .. 120 mm", wall="2 mm .. 8 mm"), 14),
+        (BoxFamily(height="30 mm .. 120 mm", width="20 mm .. 80 mm", wall="2 mm .. 5 mm"), 7),
         (
             IFamily(
                 height="40 mm .. 120 mm", width="30 mm .. 80 mm", web="3 mm", flange="3 mm .. 8 mm"
             ),
-            9,
+            7,
         ),
     ],
 )
@@ -318,7 +317,7 @@ def test_one_pass_from_the_tip_is_the_lightest_arm():
     inward pass, and so is each link.
     """
     arm = two_links()
-    stock = tuple(Tube(outer=outer / 1e3, wall=0.003) for outer in range(50, 130, 8))
+    stock = tuple(Tube(outer=outer / 1e3, wall=0.003) for outer in range(50, 130, 12))
     poses = lostmotion.sample_poses(arm, 16)
     sizing = size_links(
         arm, {"shoulder": LinkOptions(stock), "elbow": LinkOptions(stock)}, PAPER, poses

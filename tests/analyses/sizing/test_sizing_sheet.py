@@ -17,7 +17,7 @@ from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.layout import row_at
-from tests.command import carried_out, carried_out_by_process
+from tests.command import carried_out
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -52,7 +52,7 @@ def ran(*words, cwd):
 @pytest.fixture(scope="module")
 def size():
     """Return the paper's arm with sized links."""
-    return lostmotion.size(Z_ARM, poses=64)
+    return lostmotion.size(Z_ARM, poses=16)
 
 
 def asked(tmp_path, text, arm=None, **options):
@@ -95,7 +95,7 @@ def test_sizes_are_usual_ones_unless_a_step_is_asked_for(size):
     size, which is lighter. Each is checked again.
     """
     assert [link.section.outer for link in size.links] == pytest.approx([0.13, 0.13, 0.095, 0.055])
-    exact, tenths = (lostmotion.size(Z_ARM, poses=64, step=step) for step in ("0 mm", "0.1 mm"))
+    exact, tenths = (lostmotion.size(Z_ARM, poses=16, step=step) for step in ("0 mm", "0.1 mm"))
     masses = [sum(link.mass for link in each.links) for each in (exact, tenths, size)]
     assert masses == sorted(masses)
     assert all(
@@ -359,6 +359,7 @@ def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
             lostmotion.size(arm, wrong)
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_sizing_works_out_of_the_box(tmp_path):
     """`lostmotion size odd.toml` prints, writes and ends well; the same input gives the same bytes;
     an existing folder is left alone.
@@ -367,9 +368,7 @@ def test_sizing_works_out_of_the_box(tmp_path):
     first = ran("odd.toml", "--poses", 8, cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "odd-sized/sized.toml\n" in first.stdout
-    second = carried_out_by_process(
-        "size", "odd.toml", "--poses", 8, "--out", "again", cwd=tmp_path
-    )
+    second = ran("odd.toml", "--poses", 8, "--out", "again", cwd=tmp_path)
     assert second.returncode == 0
     for name in ("result.json", "sized.toml"):
         assert (tmp_path / "again" / name).read_bytes() == (
@@ -380,7 +379,7 @@ def test_sizing_works_out_of_the_box(tmp_path):
     assert "exists" in third.stderr
 
 
-@pytest.mark.usefixtures("few_scales")
+@pytest.mark.usefixtures("few_scales", "unpainted")
 def test_limits_that_no_section_meets_are_reported_with_numbers(tmp_path):
     """Where the largest tube exceeds a limit the command reports link, limit and value, writes no
     sized arm and exits with 1.

@@ -282,7 +282,7 @@ def test_samples_agree_with_sums_over_terms():
     poses = sample_poses(arm, 128)
     matrix = pose_matrix(arm, poses.q)
     metric = ErrorMetric(matrix, poses.replicates, 0.95, 1.4e-3, 1)
-    for item in items(arm, matrix.infos)[8:12]:
+    for item in items(arm, matrix.infos)[8:10]:
         factors = all_factors(matrix, item, 2.5)
         changed = matrix.scaled(factors)
         counts = DrawnColumns(changed).pooled_counts(changed, POOLED_POINTS)
@@ -396,12 +396,13 @@ def test_sizes_shrink_where_the_target_is_not_met_and_grow_where_it_is(found_z):
 
 
 @pytest.mark.parametrize("kind", ["error", "repeatability"])
-def test_all_together_meet_the_target(kind):
-    """Both allocations meet the target by Monte Carlo; equal contributions are equal to 1e-9 and
+def test_all_together_meet_the_target(monkeypatch, kind):
+    """Both allocations, solved on a quarter of the samples, meet the target by Monte Carlo; equal contributions are equal to 1e-9 and
     add up to the mean square.
     """
     arm = read(EXAMPLES / "paper/z-arm-lumped.toml")
     target = 2e-3
+    monkeypatch.setattr(metrics, "_SAMPLES", 1 << 16)
     found = targets(arm, sample_poses(arm, 64), kind, target, robots=200, visits=8, threads=2)
     for allocation in (found.equal_factor, found.equal_effect):
         assert allocation.verified.low < target < allocation.verified.high
