@@ -22,7 +22,6 @@ from lostmotion.propagation.iso9283.robots import load_sheets, predict_at
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
-from lostmotion.standards.commanded_poses import commanded_poses
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 HEADER = (
@@ -207,9 +206,8 @@ def test_robots_predicted_at_commanded_poses_are_those_of_the_cube(arm, cube, tm
         file.read_text(encoding="utf-8") + "F,1,9000,0,0,9000,0,0\nF,2,9000,0,0.1,9000,0,0\n",
         encoding="utf-8",
     )
-    visits = lostmotion.iso9283(measured=file).measured.visits
     with pytest.raises(lostmotion.InputError, match=r"F at \(9000, 0, 0\) mm, out of reach"):
-        commanded_poses(arm, visits)
+        lostmotion.iso9283(arm, file, robots=2, visits=2, **stated)
 
 
 @pytest.mark.parametrize(
