@@ -5,6 +5,7 @@ import pytest
 from tests.reporting.snapshots import FOLDER, SHEETS, wording
 
 
+@pytest.mark.usual_counts  # as in the command
 @pytest.mark.parametrize("name", SHEETS)
 def test_a_sheet_reads_as_its_snapshot(name):
     """Every word of a sheet is as reviewed; after a deliberate change run
