@@ -33,8 +33,8 @@ VALIDATES = (
         (
             "the Python model at 300 poses of five arms and at 10 000 of two; single precision "
             "with double, and the unrolled source with loops, at 1 000 of five arms and at 5 000 "
-            "of two; two million random, infinite and missing numbers under the sanitizers of gcc "
-            "and clang"
+            "of two; 900 000 random, infinite and missing numbers under the sanitizers of gcc, "
+            "and as many under those of clang"
         ),
         "1e-12; 1e-5, commands 2e-5; a status, no fault",
     ),
