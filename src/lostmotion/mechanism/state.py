@@ -121,6 +121,8 @@ class State:
     @functools.cached_property
     def closed(self) -> tuple[Loops, Floats] | None:
         """Return the closures of a closed chain, and the wrenches on its places; None without."""
+        if not self.arm.tree.welds:  # nor does anyone need the wrenches then
+            return None
         springs = functools.partial(springs_under, self)
         arm = self.arm
         return closed_statics(arm.tree, self.frames, self._of_tree, springs, arm.open_ways)
@@ -206,7 +208,7 @@ class State:
         chain from the base to the tool; places on a branch do not move the tool. `places` are in
         rising order. The geometry is exact for displacements of any size.
         """
-        if self.arm.tree.welds and self.closed is not None:
+        if self.closed is not None:
             return composed(self.closed[0], dict(zip(places, twists, strict=True)))
         on_path = [k for k, place in enumerate(places) if place in self.arm.tree.tool_path]
         # Fixed steps from each place to the next one, and from the last one to the tool.
