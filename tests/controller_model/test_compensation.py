@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import lostmotion
 from lostmotion.controller_model.compensation import LARGEST_STEP
 from lostmotion.controller_model.controller import OK, SINGULAR
-from lostmotion.controller_model.remainder import reached, remainder
+from lostmotion.controller_model.remainder import reached, remainders
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import compose
@@ -94,11 +94,11 @@ def test_the_readme_of_an_export_measures_what_remains():
     q = q[:100]
     share, regular = shares(model, q, functools.partial(reached, arm))
     share = share[regular > 0.1]
-    found = remainder(model, arm, q, 1)
+    found, _ = remainders(model, arm, q)
     assert found == pytest.approx(
         (len(share), np.median(share), np.quantile(share, 0.95), share.max())
     )
-    assert remainder(model, arm, q[regular <= 0.1], 1).poses == 0
+    assert remainders(model, arm, q[regular <= 0.1])[0].poses == 0
 
 
 def test_damping_and_the_largest_step_are_options():

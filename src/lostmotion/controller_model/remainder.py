@@ -28,48 +28,30 @@ class Remainder(NamedTuple):
     worst: float
 
 
-def remainder(
-    model: Controller,
-    arm: Arm,
-    q: Floats,
-    passes: Literal[1, 2],
-    uncompensated: Floats | None = None,
-) -> Remainder:
-    """Return what compensation of the position leaves at poses (pose, joint), with the payload of
-    the arm.
-
-    uncompensated  `reached` at these poses, where it is known
+def remainders(model: Controller, arm: Arm, q: Floats) -> tuple[Remainder, Remainder]:
+    """Return what compensation of the position in one pass and in two leaves at poses (pose,
+    joint), with the payload of the arm.
     """
-    share, singular = shares_left(model, arm, q, passes, uncompensated)
+    uncompensated = reached(arm, q)
+    return _remainder(model, arm, q, uncompensated, 1), _remainder(model, arm, q, uncompensated, 2)
+
+
+def _remainder(
+    model: Controller, arm: Arm, q: Floats, uncompensated: Floats, passes: Literal[1, 2]
+) -> Remainder:
+    found = model.compensate(q, passes=passes)
+    before, after = (
+        np.linalg.norm(stands - found.prediction.point, axis=1)
+        for stands in (uncompensated, reached(arm, found.command))
+    )
+    # NaN where there is no error or no equilibrium
+    share = np.divide(after, before, out=np.full(len(before), np.nan), where=before > 0)
+    singular = np.linalg.svd(found.prediction.jacobian[:, 3:], compute_uv=False)[:, -1]
     share = share[(singular > REGULAR) & np.isfinite(share)]
     if not len(share):
         return Remainder(0, 0.0, 0.0, 0.0)
     return Remainder(
         len(share), float(np.median(share)), float(np.quantile(share, 0.95)), float(share.max())
-    )
-
-
-def shares_left(
-    model: Controller,
-    arm: Arm,
-    q: Floats,
-    passes: Literal[1, 2] = 1,
-    uncompensated: Floats | None = None,
-) -> tuple[Floats, Floats]:
-    """Return the share of the error (pose,) that remains where the arm then stands, and the
-    smallest singular value of the position Jacobian, m. NaN where there is no error or no
-    equilibrium. Arguments as `remainder`.
-    """
-    found = model.compensate(q, passes=passes)
-    if uncompensated is None:
-        uncompensated = reached(arm, np.asarray(q, dtype=float))
-    before, after = (
-        np.linalg.norm(stands - found.prediction.point, axis=1)
-        for stands in (uncompensated, reached(arm, found.command))
-    )
-    share: Floats = np.divide(after, before, out=np.full(len(before), np.nan), where=before > 0)
-    return share, np.asarray(
-        np.linalg.svd(found.prediction.jacobian[:, 3:], compute_uv=False)[:, -1], dtype=float
     )
 
 

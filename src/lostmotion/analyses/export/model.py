@@ -15,7 +15,7 @@ from lostmotion.blas_threads import one_blas_thread
 from lostmotion.controller_model.c_source import packaged, table_source, tested_poses, vector_source
 from lostmotion.controller_model.controller import Controller
 from lostmotion.controller_model.lowering import tables_of
-from lostmotion.controller_model.remainder import reached, remainder
+from lostmotion.controller_model.remainder import remainders
 from lostmotion.controller_model.scratch_sizes import bytes_of, sizes_of
 from lostmotion.controller_model.unrolled import unrolled_source
 from lostmotion.controller_model.validity import validity_of
@@ -339,8 +339,7 @@ def _readme(
     ]
     size = 4 if single else 8
     taken, q = bytes_of(model.tables, size), tested_poses(model.tables, _POSES)
-    uncompensated = reached(arm, q)
-    found = [remainder(model, arm, q, passes, uncompensated) for passes in (1, 2)]
+    found = remainders(model, arm, q)
     return packaged("README.md").format(
         name=markdown(model.tables.name),
         version=__version__,
