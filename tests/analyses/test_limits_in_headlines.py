@@ -155,6 +155,8 @@ def test_the_sheet_of_iso_9283_names_the_limits(tmp_path):
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict
     # no bound where kinds of errors are not described
     assert [card.number[:2] for card in sheet.cards[:4]] == ["0.", "no", "0.", "0."]
+    typical = lostmotion.iso9283(arm_of(tmp_path, "typical"), **asked).sheet
+    assert "at most" not in typical.verdict
 
 
 def test_shares_of_limits_are_those_of_the_budget(tmp_path):

@@ -397,8 +397,8 @@ def test_sizes_shrink_where_the_target_is_not_met_and_grow_where_it_is(found_z):
 
 @pytest.mark.parametrize("kind", ["error", "repeatability"])
 def test_all_together_meet_the_target(monkeypatch, kind):
-    """Both allocations, solved on a quarter of the samples, meet the target by Monte Carlo; equal contributions are equal to 1e-9 and
-    add up to the mean square.
+    """Both allocations, solved on a quarter of the samples, meet the target by Monte Carlo; equal
+    contributions are equal to 1e-9 and add up to the mean square.
     """
     arm = read(EXAMPLES / "paper/z-arm-lumped.toml")
     target = 2e-3
