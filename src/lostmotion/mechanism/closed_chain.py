@@ -344,12 +344,8 @@ def closed_statics(
     of_tree: Floats,
     springs: Callable[[Floats], Sequence[Spring]],
     open_ways: Sequence[Way] = (),
-) -> tuple[Loops, Floats] | None:
-    """Return the closures of a chain and the wrenches on its places (`settled_loops`); None for one
-    without closures.
-    """
-    if not tree.welds:
-        return None
+) -> tuple[Loops, Floats]:
+    """Return the closures of a closed chain and the wrenches on its places (`settled_loops`)."""
     return settled_loops(tree, at, of_tree, springs, open_ways, exact=is_exact(tree))
 
 

@@ -42,10 +42,9 @@ def holding_loads(
     at = place_frames(tree, q) if closed is None else closed.frames[:, closed.problem == ASSEMBLED]
     by_axis = weights_by_axis(tree, at, payload)
     process = process_wrenches(tree, at, payload)
-    loops = closed_statics(tree, at, process, lambda _: ())
-    if loops is not None:  # of rigid parts: an assumption needs no springs
-        by_axis = np.stack([loops[0].wrenches(each) for each in by_axis])
-        process = loops[1]
+    if closed is not None:  # of rigid parts: an assumption needs no springs
+        loops, process = closed_statics(tree, at, process, lambda _: ())
+        by_axis = np.stack([loops.wrenches(each) for each in by_axis])
     start = at[tree.places[tree.moved[tree.tool_joints[0]]].parent, :, :3, 3]
     centres = [
         payload.centre_of_mass,

@@ -111,21 +111,19 @@ class State:
         moment. The mass of a joint, or of its gearbox where none is stated, is on its seat with the
         housing. So it loads the previous link and not its own bearing.
         """
-        return self._of_tree if self.closed is None else self.closed[1]
-
-    @functools.cached_property
-    def _of_tree(self) -> Floats:
-        """Return the wrenches on the places of the open tree, without its closures."""
+        if self.closed is not None:
+            return self.closed[1]
         return place_wrenches(self.arm.tree, self.frames, self.arm.payload, self.gravity)
 
     @functools.cached_property
     def closed(self) -> tuple[Loops, Floats] | None:
         """Return the closures of a closed chain, and the wrenches on its places; None without."""
-        if not self.arm.tree.welds:  # nor does anyone need the wrenches then
-            return None
-        springs = functools.partial(springs_under, self)
         arm = self.arm
-        return closed_statics(arm.tree, self.frames, self._of_tree, springs, arm.open_ways)
+        if not arm.tree.welds:  # nor does anyone need the wrenches then
+            return None
+        open_tree = place_wrenches(arm.tree, self.frames, arm.payload, self.gravity)
+        springs = functools.partial(springs_under, self)
+        return closed_statics(arm.tree, self.frames, open_tree, springs, arm.open_ways)
 
     @functools.cached_property
     def weights_by_axis(self) -> Floats:
