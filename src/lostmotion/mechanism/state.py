@@ -119,7 +119,7 @@ class State:
     def closed(self) -> tuple[Loops, Floats] | None:
         """Return the closures of a closed chain, and the wrenches on its places; None without."""
         arm = self.arm
-        if not arm.tree.welds:  # nor does anyone need the wrenches then
+        if not arm.tree.welds:
             return None
         open_tree = place_wrenches(arm.tree, self.frames, arm.payload, self.gravity)
         springs = functools.partial(springs_under, self)
