@@ -128,7 +128,7 @@ def scaled(text: str, factor: float) -> str:
     """Return a quantity as text times a factor, with its tolerance; a tolerance in per cent stays.
     At most four significant digits.
     """
-    return _NUMBER.sub(lambda found: _plain(float(found[0]) * factor), text)
+    return _NUMBER.sub(lambda number: _plain(float(number[0]) * factor), text)
 
 
 def _plain(number: float) -> str:

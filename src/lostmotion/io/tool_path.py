@@ -196,7 +196,7 @@ def _columns(
 
 
 def _factors(
-    found: Mapping[str, str | None],
+    named: Mapping[str, str | None],
     columns: Mapping[str, int],
     units: Mapping[str, str],
     file: str,
@@ -204,8 +204,8 @@ def _factors(
 ) -> dict[str, float]:
     """Return the size in SI of the unit of each column that holds numbers; mistakes are noted."""
     factors, usual = {}, {"m": "mm", "rad": "deg", "N": "N"}
-    headings = {name: f"{name} [{usual[units[name]]}]" for name in found}
-    for name, unit in found.items():
+    headings = {name: f"{name} [{usual[units[name]]}]" for name in named}
+    for name, unit in named.items():
         if unit is None:
             continue
         try:
@@ -214,7 +214,7 @@ def _factors(
             key, stated = f"line 1, column {columns[name] + 1}", shown(f"{name} [{unit}]")
             expected = "the unit of the column in brackets"
             mistakes.append(Problem(file, key, f"{stated} ({error})", expected, headings[name]))
-    without = [name for name, unit in found.items() if unit is None]
+    without = [name for name, unit in named.items() if unit is None]
     if without:
         expected = "the unit of each column in brackets"
         header = ",".join(headings[name] for name in without)

@@ -45,10 +45,10 @@ def _names(kind: type[Any]) -> tuple[str, str]:
     return kind.model_fields["kind"].default, kind.__name__.partition("[")[0]
 
 
-def _is_kind(found: object) -> bool:
-    kind = getattr(found, "model_fields", {}).get("kind")
+def _is_kind(value: object) -> bool:
+    kind = getattr(value, "model_fields", {}).get("kind")
     return (
-        isinstance(found, type)
-        and issubclass(found, _BASES)
+        isinstance(value, type)
+        and issubclass(value, _BASES)
         and isinstance(getattr(kind, "default", None), str)
     )

@@ -77,8 +77,8 @@ def _with_texts_kept(text: str, changed: Callable[[str], str]) -> str:
     """
     texts: list[str] = []
 
-    def held(found: re.Match[str]) -> str:
-        texts.append(found[0])
+    def held(content: re.Match[str]) -> str:
+        texts.append(content[0])
         return _HELD
 
     markup = changed(_CONTENT.sub(held, text))
@@ -125,7 +125,7 @@ def _own_identifiers(text: str, key: str) -> str:
     """
     used = set(_REFERENCE.findall(text))
     text = re.sub(
-        r' id="([^"]*)"', lambda found: f' id="{key}-{found[1]}"' if found[1] in used else "", text
+        r' id="([^"]*)"', lambda own: f' id="{key}-{own[1]}"' if own[1] in used else "", text
     )
     text = re.sub(r"url\(#", f"url(#{key}-", text)
     return re.sub(r'(?:xlink:)?href="#', f'href="#{key}-', text)

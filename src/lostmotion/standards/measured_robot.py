@@ -249,29 +249,29 @@ def _pose(
     visits: Visits,
     turn: Floats,
     name: str,
-    found: np.ndarray,
+    rows: np.ndarray,
     fitted: float,
     from_sides: Estimate,
     level: float,
 ) -> MeasuredPose:
     """Return the characteristics of one pose."""
-    attained, command = visits.attained[found], visits.command[found[0]]
+    attained, command = visits.attained[rows], visits.command[rows[0]]
     known = bool(np.isfinite(command).all())
     errors = attained - (command if known else attained.mean(axis=0))
-    rotation, turned = visits.rotation[found[0]], turn[found]
+    rotation, turned = visits.rotation[rows[0]], turn[rows]
     with_command = bool(np.isfinite(turned).all())
     if not with_command:
-        rotation, turned = _deviations_from_mean(visits.orientation[found])
+        rotation, turned = _deviations_from_mean(visits.orientation[rows])
     each = np.column_stack([turned, errors])
     measured = [bool(np.isfinite(turned).all())] * 3 + [True] * 3
     commanded = [with_command] * 3 + [known] * 3
     repeat = repeatability_interval(errors, level)
-    floor = visits.instrument * isotropic_repeatability(len(found))
+    floor = visits.instrument * isotropic_repeatability(len(rows))
     far = outlying_visits(attained)
     rest = np.delete(errors, list(far), axis=0)
     return MeasuredPose(
         name,
-        len(found),
+        len(rows),
         command,
         accuracy_interval(errors, level) if known else UNKNOWN,
         repeat,
@@ -288,7 +288,7 @@ def _pose(
         from_sides,
         rotation,
         errors,
-        tuple((*visits.where[found[k]], far[k]) for k in far),
+        tuple((*visits.where[rows[k]], far[k]) for k in far),
         repeatability_interval(rest, level) if far else UNKNOWN,
         accuracy_interval(rest, level) if far and known else UNKNOWN,
     )

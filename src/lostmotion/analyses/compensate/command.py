@@ -34,36 +34,36 @@ def _length(value: float) -> str:
     return f"{1e3 * value:.3g} mm" if value >= 1e-4 else f"{1e6 * value:.3g} µm"  # noqa: PLR2004 - µm below 0.1 mm
 
 
-def _in_words(found: dict[str, Any]) -> str:
+def _in_words(done: dict[str, Any]) -> str:
     """Return what was changed, and what is left."""
     from lostmotion.reporting.sheet import several
 
     def lengths(key: str) -> str:
-        values = (found[key][name] for name in ("median", "worst"))
+        values = (done[key][name] for name in ("median", "worst"))
         return " and ".join("below 1 nm" if each < _NANOMETRE else _length(each) for each in values)
 
     def change(joint: str) -> str:
-        size = found["changed"][joint]
-        return _length(size) if joint in found["slides"] else f"{math.degrees(size):.3f} deg"
+        size = done["changed"][joint]
+        return _length(size) if joint in done["slides"] else f"{math.degrees(size):.3f} deg"
 
-    changed = ", ".join(f"{joint} {change(joint)}" for joint in found["changed"])
+    changed = ", ".join(f"{joint} {change(joint)}" for joint in done["changed"])
     lines = [
-        f"{several(found['rows'], 'pose')} corrected. Largest change: {changed}.",
+        f"{several(done['rows'], 'pose')} corrected. Largest change: {changed}.",
         f"Expected error of the tool, median and worst pose: {lengths('without')}",
         f"  with the corrected values: {lengths('left')}",
         "What differs from robot to robot and from visit to visit stays.",
     ]
-    if found["reduced"]:
+    if done["reduced"]:
         lines.append(
-            f"note: {several(found['reduced'], 'pose')} at a joint limit or near a singular pose "
+            f"note: {several(done['reduced'], 'pose')} at a joint limit or near a singular pose "
             "with less correction than elsewhere"
         )
-    if found["unknown"]:
+    if done["unknown"]:
         lines.append(
-            f"note: {several(found['unknown'], 'move')} before the position is known in all axes "
+            f"note: {several(done['unknown'], 'move')} before the position is known in all axes "
             "not corrected"
         )
-    return "\n".join([*lines, f"File: {found['file']}"])
+    return "\n".join([*lines, f"File: {done['file']}"])
 
 
 class _Wanted(Protocol):

@@ -52,6 +52,6 @@ def headline(verdict: str) -> tuple[str, str]:
     HTML.
     """
     first, *rest = _END.split(verdict, maxsplit=1)
-    return _RESULT.sub(lambda found: f"<em>{found[0]}</em>", spaced(first), count=1), spaced(
+    return _RESULT.sub(lambda result: f"<em>{result[0]}</em>", spaced(first), count=1), spaced(
         rest[0]
     ) if rest else ""

@@ -118,7 +118,7 @@ class System:
             )
         raise DidNotConvergeError("no equilibrium of the contacts was found")
 
-    def outgrown(self, found: list[Solved]) -> tuple[Floats, bool]:
+    def outgrown(self, solved: list[Solved]) -> tuple[Floats, bool]:
         """Return how far each contact should reach, over half of its length, and whether an
         outermost contact carries pressure.
 
@@ -126,11 +126,11 @@ class System:
         contact has any, the places count where gaps close beyond an edge: before, the wheels turn
         too far, and more gaps seem to close.
         """
-        loaded = np.max([each.pressures for each in found], axis=0) > 0
+        loaded = np.max([each.pressures for each in solved], axis=0) > 0
         of_contact = [loaded[self.contact == n] for n in range(len(self.at))]
         reach = np.array([float(each[0] or each[-1]) for each in of_contact])
         if not reach.any():
-            reach = np.max([self._closing(each.gaps) for each in found], axis=0)
+            reach = np.max([self._closing(each.gaps) for each in solved], axis=0)
         return reach, len(self.at) < self.count and bool(
             of_contact[0].any() or of_contact[-1].any()
         )

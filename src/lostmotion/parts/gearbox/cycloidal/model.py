@@ -192,21 +192,21 @@ def _with_middles(gearbox: CycloidalDrawing, torques: tuple[float, ...]) -> dict
     return out
 
 
-def distribute_wind_up(as_drawn: dict[str, Floats], found: Floats) -> dict[str, Floats]:
+def distribute_wind_up(as_drawn: dict[str, Floats], simulated: Floats) -> dict[str, Floats]:
     """Return the members' wind-up (torque,), rad, such that the members with scatter add up to
-    their simulated mean `found` (torque,), rad.
+    their mean over simulated gearboxes `simulated` (torque,), rad.
 
     Unequal flanks make contact one after the other: the wind-up beyond that of nominal flanks is
     attributed to the lobe contacts. Flanks that interfere wind up less: then all members with
     scatter are reduced in proportion.
     """
     own = sum(as_drawn.values()) - wind_up_without_scatter(as_drawn)
-    share = np.where(found < own, found / np.where(own > 0, own, 1.0), 1.0)
+    share = np.where(simulated < own, simulated / np.where(own > 0, own, 1.0), 1.0)
     out = {
         name: angle if is_without_scatter(name) else share * angle
         for name, angle in as_drawn.items()
     }
-    return out | {CONTACTS: out[CONTACTS] + np.maximum(found - own, 0.0)}
+    return out | {CONTACTS: out[CONTACTS] + np.maximum(simulated - own, 0.0)}
 
 
 def wind_up_without_scatter(members: dict[str, Floats]) -> Floats:
