@@ -41,6 +41,8 @@ _SAMPLES: Final = 1 << 18
 _FEWEST_REPEATS: Final = 16
 # Bytes of draws that a metric keeps: those of 64 streams, of an arm of five joints all.
 _KEPT: Final = 1 << 27
+# Samples whose draws are mixed at a time.
+_MIXED: Final = 1 << 12
 # RP is recomputed for every factor: at this many poses, for this many robots.
 _RP_POSES: Final = 256
 _RP_ROBOTS: Final = 400
@@ -179,12 +181,16 @@ class ErrorMetric:
         correlations = self.matrix.correlations
         if correlations is None:
             return {}
-        drawn = (
-            stream.law.quantile(self._uniforms("robot", stream))
-            for stream in streams_of(correlations)
-        )
-        mixed = np.tensordot(correlations.factor, np.array(list(drawn)), axes=1)
-        return dict(zip(correlations.streams, mixed, strict=True))
+        streams = streams_of(correlations)
+        drawn = np.empty((len(streams), self.samples))
+        for out, stream in zip(drawn, streams, strict=True):
+            out[:] = stream.law.quantile(self._uniforms("robot", stream)).ravel()
+        # in place, some samples at a time: all of 400 draws take 800 MB
+        for first in range(0, self.samples, _MIXED):
+            some = drawn[:, first : first + _MIXED]
+            some[:] = correlations.factor @ some
+        each = drawn.reshape(len(streams), self.poses, self.repeats)
+        return dict(zip(correlations.streams, each, strict=True))
 
     def _uniforms(self, level: str, stream: Stream) -> Floats:
         return uniforms(self.seed, f"targets.{level}.{stream.name}", self.samples).reshape(
