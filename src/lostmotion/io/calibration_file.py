@@ -60,6 +60,10 @@ _COVARIANCE: Final = "covariance = [[0.01]]"
 # No robot is as many standard deviations from what its arm file states.
 _FARTHEST: Final = 1000.0
 _Number = Annotated[float, Field(strict=True)]
+_Rows = Annotated[
+    list[Annotated[list[_Number], Field(max_length=_MOST_ESTIMATES)]],
+    Field(max_length=_MOST_ESTIMATES),
+]
 _QUANTITIES: Final = {"rad": Quantity("rad", "-0.3 mrad"), "m": Quantity("m", "-0.3 mm")}
 _Size = Annotated[float, Field(strict=True, ge=0, le=10)]
 
@@ -98,8 +102,8 @@ class _File(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     estimates: Annotated[list[_Estimate], Field(min_length=1, max_length=_MOST_ESTIMATES)]
-    covariance: list[list[_Number]] | None = None
-    factor: list[list[_Number]] | None = None
+    covariance: _Rows | None = None
+    factor: _Rows | None = None
     added: _Added | None = None
     data: dict[str, str | int] | None = None
 

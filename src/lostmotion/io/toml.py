@@ -12,11 +12,18 @@ from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import refuse_all
 from lostmotion.io.text import read_text, refuse
 
-MEGABYTES: Final = 1
-# No arm needs either; without these bounds dotted keys of a hostile file take minutes, and deep
-# tables break whatever walks them.
+MEGABYTES: Final = 5
+# No arm needs any of these; without these bounds dotted keys of a hostile file take minutes, and
+# deep tables break whatever walks them.
 _LONGEST_LINE: Final = 1000
+_LONGEST_TEXT: Final = 1_000_000
 _DEEPEST: Final = 16
+# Rows of numbers are counted apart: the covariance of 500 estimates has 250 000, in long lines.
+_MOST_COMMAS: Final = 300_000
+_NUMBER: Final = r"[-+]?[\d_]+(?:\.[\d_]+)?(?:[eE][-+]?\d+)?"
+_ROW_OF_NUMBERS: Final = re.compile(
+    rf"\s*(?:\w+\s*=\s*)?[\[\s]*(?:{_NUMBER}[\],\[\s]+)*(?:{_NUMBER})?"
+)
 
 # A number and its unit without quotes, as a value or in a list.
 _BARE: Final = re.compile(
@@ -35,15 +42,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     not TOML.
     """
     file, text = str(path), read_text(path, MEGABYTES)
-    for number, line in enumerate(text.splitlines(), 1):
-        if len(line) > _LONGEST_LINE:
-            refuse(
-                f"{file}:{number}",
-                "",
-                f"a line of {len(line)} characters",
-                f"lines of at most {_LONGEST_LINE} characters",
-                "one key per line",
-            )
+    _refuse_size(file, text)
     try:
         tree = tomllib.loads(text)
     except RecursionError:
@@ -79,6 +78,32 @@ def read_toml(path: Path) -> dict[str, Any]:
     if not _is_shallow(tree):
         _refuse_depth(file)
     return tree
+
+
+def _refuse_size(file: str, text: str) -> None:
+    if text.count(",") > _MOST_COMMAS:
+        refuse(file, "", "lists of more than 300 000 values", "at most 300 000", "[1.0, 2.0, 3.0]")
+    others = 0
+    for number, line in enumerate(text.splitlines(), 1):
+        if "," in line and _ROW_OF_NUMBERS.fullmatch(line):
+            continue
+        others += len(line)
+        if others > _LONGEST_TEXT:
+            refuse(
+                file,
+                "",
+                "more than 1 MB",
+                "at most 1 MB, rows of numbers apart",
+                "one arm, or one table of poses, per file",
+            )
+        if len(line) > _LONGEST_LINE:
+            refuse(
+                f"{file}:{number}",
+                "",
+                f"a line of {len(line)} characters",
+                f"lines of at most {_LONGEST_LINE} characters",
+                "one key per line",
+            )
 
 
 def content(name: str, stated: Mapping[Any, Any]) -> dict[str, Any]:

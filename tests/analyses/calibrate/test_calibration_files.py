@@ -12,7 +12,7 @@ import pytest
 
 import lostmotion
 from lostmotion.calibration.geometry import exact_chain, is_serial, mdh_of
-from lostmotion.calibration.terms import Deviations
+from lostmotion.calibration.terms import Deviations, added_terms
 from lostmotion.errors import InputError
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.calibration_writer import calibration_text
@@ -20,6 +20,7 @@ from lostmotion.io.kinematics_writer import mdh_text
 from lostmotion.io.measured.calibration_visits import read_calibration_visits
 from lostmotion.io.measured.visit_file import read_measured
 from lostmotion.laws.distributions import Normal
+from lostmotion.mechanism.calibration import known_streams
 from tests.analyses.calibrate.test_calibrate import HEADER, twenty, written
 from tests.calibration.ur5_grid import ARM, EXAMPLES
 
@@ -169,6 +170,21 @@ def test_a_calibration_is_read_as_it_was_written(covariance, tmp_path):
     assert read.streams == streams
     np.testing.assert_array_equal(read.mean, found.mean)
     np.testing.assert_allclose(read.covariance, found.covariance, atol=1e-10)
+
+
+def test_four_hundred_correlated_estimates_are_read_as_they_were_written(tmp_path):
+    """Rows of thousands of characters, in a file of megabytes."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    sizes = Deviations(orders=40)
+    streams = known_streams((*arm.terms, *added_terms(arm, sizes)))[:400]
+    factor = np.random.default_rng(1).normal(size=(400, 400)) / 50
+    found = lostmotion.Calibration(streams, np.linspace(-1, 1, 400), factor @ factor.T)
+    path = tmp_path / "robot.toml"
+    path.write_text(calibration_text(found, sizes, poses=3, digest="0"))
+    assert path.stat().st_size > 2_000_000
+    read = read_calibration(path, arm)
+    assert read.streams == streams
+    np.testing.assert_allclose(read.covariance, found.covariance, atol=1e-9)
 
 
 def test_names_with_a_comma_are_quoted_in_the_table():
