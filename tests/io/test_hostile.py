@@ -153,6 +153,8 @@ TOML = {
     "a million numbers": b"a = [" + b"1," * 1_000_000 + b"]",
     "300 000 numbers": b"a = [" + b"1," * 299_000 + b"]",
     "300 000 tables named by a number": b"[[1]]\n" * 300_000,
+    "a million blanks before a word": b"a = " + b" " * 1_000_000 + b",x",
+    "rows of numbers before a word": b"a = [" + b"1.5e-3, " * 200_000 + b"x]",
     "escape codes": b'"\\u001b[31mred\\u0007" = "\\u001b[31m"',
     "unclosed": b'a = """' + b"x\n" * 10_000,
     "empty": b"",

@@ -20,9 +20,10 @@ _LONGEST_TEXT: Final = 1_000_000
 _DEEPEST: Final = 16
 # Rows of numbers are counted apart: the covariance of 500 estimates has 250 000, in long lines.
 _MOST_COMMAS: Final = 300_000
+# No two neighbours of the pattern match the same letter, or a hostile line would take hours.
 _NUMBER: Final = r"[-+]?[\d_]+(?:\.[\d_]+)?(?:[eE][-+]?\d+)?"
 _ROW_OF_NUMBERS: Final = re.compile(
-    rf"\s*(?:\w+\s*=\s*)?[\[\s]*(?:{_NUMBER}[\],\[\s]+)*(?:{_NUMBER})?"
+    rf"(?:\s*\w+\s*=)?[\[\s]*(?:{_NUMBER}[\],\[\s]+)*(?:{_NUMBER})?"
 )
 
 # A number and its unit without quotes, as a value or in a list.
