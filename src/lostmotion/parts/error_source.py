@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import (
     TYPE_CHECKING,
     Annotated,
+    Any,
     ClassVar,
     Final,
     NamedTuple,
@@ -155,6 +156,14 @@ class Part(BaseModel):
     # Keys that people look for and no law reads: key to what a message expects in their place, and
     # an example.
     not_modelled: ClassVar[dict[str, tuple[str, str]]] = {}
+
+    @classmethod
+    def model_rebuild(cls, **options: Any) -> bool | None:  # noqa: ANN401 - those of pydantic
+        """Complete the model as pydantic does, but for a generic one: no value is read by it, and
+        pydantic asks for it whenever a parametrised one is made.
+        """
+        parameters = cls.__pydantic_generic_metadata__["parameters"]
+        return None if parameters else super().model_rebuild(**options)
 
     @functools.cached_property
     def shared_name(self) -> str:
