@@ -84,9 +84,10 @@ def extensions(group: Group) -> dict[str, Extension]:
 @functools.lru_cache(maxsize=1)
 def _extensions(_path: tuple[str, ...]) -> dict[Group, dict[str, Extension]]:
     out: dict[Group, dict[str, Extension]] = {}
+    entries = entry_points()  # once: it reads a file of every package installed
     for group in _GROUPS:
         found = out.setdefault(group, {})
-        every = [Extension(group, each) for each in entry_points(group=f"lostmotion.{group}")]
+        every = [Extension(group, each) for each in entries.select(group=f"lostmotion.{group}")]
         for each in sorted(every, key=lambda each: (each.name, each.package)):
             if each.name in found:
                 other = " ".join(found[each.name].package)
