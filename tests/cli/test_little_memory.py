@@ -86,14 +86,14 @@ IGNORED = """
 import sys
 from lostmotion.error_model.sobol import Sobol
 from lostmotion.cli import main
-drawn = Sobol.points
+drawn = Sobol.columns
 class Ignored:
     def __del__(self):
         raise MemoryError
 def random(*given, **named):
     Ignored()
     return drawn(*given, **named)
-Sobol.points = random
+Sobol.columns = random
 main()
 """
 

@@ -149,14 +149,15 @@ def _within_ranges(arm: Arm, count: int, law: PoseLaw, seed: int) -> Poses:
     if law == "sobol":
         u = _sobol(joints, each, seed)
     else:
-        u = np.column_stack(
-            [uniforms(seed, f"poses.{law}.{k}", each * REPLICATES) for k in range(joints)]
-        )
+        u = np.array([uniforms(seed, f"poses.{law}.{k}", each * REPLICATES) for k in range(joints)])
+    low, width = low[:, None], (high - low)[:, None]
     if law == "normal":
-        middle, sigma = (low + high) / 2, (high - low) / 6
         shape = Normal(cut=3.0)
-        return Poses(middle + sigma * shape.quantile(u) * (3.0 / shape.bound), "normal", REPLICATES)
-    return Poses(low + u * (high - low), law, REPLICATES)
+        middle, sigma = (low + high[:, None]) / 2, width / 6
+        q = middle + sigma * shape.quantile(u) * (3.0 / shape.bound)
+    else:
+        q = low + u * width
+    return Poses(np.ascontiguousarray(q.T), law, REPLICATES)
 
 
 def reachable_points(arm: Arm, seed: int = 1) -> Floats:
@@ -167,10 +168,12 @@ def reachable_points(arm: Arm, seed: int = 1) -> Floats:
 
 
 def _sobol(joints: int, each: int, seed: int) -> Floats:
+    """Return as many points (joint, point) of independent sequences, 0 to 1."""
     power = max(each - 1, 0).bit_length()
     return np.concatenate(
         [
-            sobol(seed, f"poses.sobol.{replicate}", joints).points(power)
+            sobol(seed, f"poses.sobol.{replicate}", joints).columns(power)
             for replicate in range(REPLICATES)
-        ]
+        ],
+        axis=1,
     )

