@@ -256,7 +256,7 @@ def test_a_part_that_moves_the_tool_by_rounding_alone_has_zero_share():
     study = lostmotion.study(arm, 32, 20, 2)
     matrix = pose_matrix(arm, study.poses.q)
     size = sum(
-        matrix.square_sums[k]
+        matrix.squares[k].sum()
         for k, info in enumerate(matrix.infos)
         if info.owner == "joints.roll.gearbox"
     )

@@ -172,7 +172,7 @@ def test_sampled_and_summed_errors_agree(arm: Arm, varies: str):
     hot, q = in_heat(arm, "40 °C ± 15 K", temperature_varies=varies), some_poses(arm, 16)
     found = run(hot, Poses(q, "given"), robots=4000, visits=4, seed=1)
     merged = pose_matrix(hot, q).merged
-    summed = (merged.bias[:, 3:] ** 2).sum() + merged.square_sums[
+    summed = (merged.bias[:, 3:] ** 2).sum() + merged.squares.sum(axis=1)[
         merged.columns("robot", "visit", "robot x visit")
     ].sum()
     assert found.per_pose[:, kernel.MEAN_SQUARE].sum() == pytest.approx(summed, rel=0.02)

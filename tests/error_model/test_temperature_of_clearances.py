@@ -108,7 +108,7 @@ def test_simulated_robots_have_the_summed_error(arm: Arm, varies: str):
     hot, q = in_heat(arm, "30 °C ± 10 K", temperature_varies=varies), some_poses(arm, 12)
     found = run(hot, Poses(q, "given"), robots=3000, visits=4, seed=1)
     merged = screws(state_of(hot, q)).merged
-    summed = (merged.bias[:, 3:] ** 2).sum() + merged.square_sums[
+    summed = (merged.bias[:, 3:] ** 2).sum() + merged.squares.sum(axis=1)[
         merged.columns("robot", "visit", "robot x visit")
     ].sum()
     assert found.per_pose[:, kernel.MEAN_SQUARE].sum() == pytest.approx(summed, rel=0.03)

@@ -162,11 +162,6 @@ class ToolScrews:
             ]
         )
 
-    @functools.cached_property
-    def square_sums(self) -> Floats:
-        """Return `squares` summed over the poses (column,), m^2."""
-        return np.asarray(self.squares.sum(axis=1))
-
 
 def grouped(infos: Sequence[Draws], correlations: Correlations | None = None) -> Groups:
     """Return the indices of the columns of each error by its draws.

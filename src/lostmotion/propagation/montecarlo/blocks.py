@@ -234,7 +234,7 @@ def sample_blocks(
     robot = [
         k
         for k in summed.columns("robot")
-        if summed.square_sums[k] != 0 and summed.infos[k].closing is None
+        if summed.infos[k].closing is None and summed.along_poses[3:, k].any()
     ]
     changing = [each for each in _changing(matrix) if each.screw.any()]
     visit, both = (
