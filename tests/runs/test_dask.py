@@ -80,7 +80,7 @@ scheduler = subprocess.Popen(
     [sys.executable, "-c", "import asyncio; from distributed import Scheduler\\nasync def run():\\n"
      "    async with Scheduler(host='127.0.0.1', port=0, dashboard=False) as it:\\n        print(it.address, flush=True); await it.finished()\\n"
      "asyncio.run(run())"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-workers._SECONDS_TO_CONNECT = 20
+workers._SECONDS_TO_CONNECT = 8
 asked = order(Path(sys.argv[1]), poses=64, robots=20, visits=3, seed=1, block=1)
 try:
     with workers.cluster(scheduler.stdout.readline().strip()) as connected:
