@@ -13,7 +13,6 @@ from lostmotion.analyses.arguments import (
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import OutputExistsError, refuse_argument
-from lostmotion.reporting.folder import write_file
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -33,6 +32,8 @@ def write_files(files: Mapping[str, str], out: Path, *, force: bool) -> Path:
     earlier export, LostmotionError where it cannot be written. With `force` files of other names
     stay.
     """
+    from lostmotion.reporting.folder import write_file
+
     if not force and out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise OutputExistsError(
             f"'{out}' exists\n  replace its files with --force (force=True in Python), or name "
@@ -53,6 +54,8 @@ def write_fmu(out: Path, content: bytes, *, force: bool) -> Path:
     Raises InputError for a name without .fmu, OutputExistsError where it exists and `force` is not
     set, LostmotionError as `write_files`.
     """
+    from lostmotion.reporting.folder import write_file
+
     if out.suffix.lower() != ".fmu":
         raise refuse_argument("out", str(out), "a file that ends in .fmu", out="arm.fmu")
     return write_file(content, out, force=force)

@@ -10,10 +10,11 @@ from lostmotion.analyses.arguments import path_of
 from lostmotion.analyses.result import Result
 from lostmotion.analyses.signature import Argument, question, read_arguments, results_folder
 from lostmotion.errors import LostmotionError, OutputExistsError, refuse_argument
-from lostmotion.reporting.sheet import Sheet, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from lostmotion.reporting.sheet import Sheet
 
 Template = Literal[
     "z-arm",
@@ -44,6 +45,8 @@ class New(Result):
     @property
     def sheet(self) -> Sheet:
         """Return what was begun and the commands that follow, or the templates."""
+        from lostmotion.reporting.sheet import Sheet, table
+
         if self.path is None:
             from lostmotion.io.arm_templates import template_summary
 
