@@ -150,14 +150,20 @@ def _within_ranges(arm: Arm, count: int, law: PoseLaw, seed: int) -> Poses:
         u = _sobol(joints, each, seed)
     else:
         u = np.array([uniforms(seed, f"poses.{law}.{k}", each * REPLICATES) for k in range(joints)])
-    low, width = low[:, None], (high - low)[:, None]
+    return Poses(in_ranges(u, low, high, law), law, REPLICATES)
+
+
+def in_ranges(u: Floats, low: Floats, high: Floats, law: PoseLaw) -> Floats:
+    """Return values (pose, joint) from `low` to `high` (joint,) by these uniforms (joint, pose):
+    normal about the middle for the law "normal", evenly for any other.
+    """
+    low, high = low[:, None], high[:, None]
     if law == "normal":
         shape = Normal(cut=3.0)
-        middle, sigma = (low + high[:, None]) / 2, width / 6
-        q = middle + sigma * shape.quantile(u) * (3.0 / shape.bound)
+        q = (low + high) / 2 + (high - low) / 6 * shape.quantile(u) * (3.0 / shape.bound)
     else:
-        q = low + u * width
-    return Poses(np.ascontiguousarray(q.T), law, REPLICATES)
+        q = low + u * (high - low)
+    return np.ascontiguousarray(q.T)
 
 
 def reachable_points(arm: Arm, seed: int = 1) -> Floats:

@@ -74,7 +74,7 @@ class Sobol:
         return np.ascontiguousarray(self.columns(power).T)
 
     def columns(self, power: int) -> Floats:
-        """Return the first 2^power points as (column, point), in half the time of `points`."""
+        """Return the first 2^power points as (column, point), as they are made."""
         out = np.empty((len(self.start), 1 << power), np.uint64)
         out[:, 0] = self.start
         for bit, step in enumerate(self.steps[:power]):

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.draws import key, sobol
-from lostmotion.error_model.poses import REPLICATES
+from lostmotion.error_model.poses import REPLICATES, in_ranges
 from lostmotion.errors import LostmotionError, refuse_argument
-from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.assembly import drives_at, pose_ranges
 from lostmotion.runs.job import MOST_POSES
 
@@ -92,18 +91,12 @@ def _values_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last:
     if law == "sobol":
         u = _sobol(joints, seed, first // each, first % each, first % each + last - first)
     else:
-        u = np.column_stack(
-            [_uniforms(seed, f"poses.{law}.{k}", first, last) for k in range(joints)]
-        )
-    if law == "normal":
-        middle, sigma = (low + high) / 2, (high - low) / 6
-        shape = Normal(cut=3.0)
-        return np.asarray(middle + sigma * shape.quantile(u) * (3.0 / shape.bound))
-    return np.asarray(low + u * (high - low))
+        u = np.array([_uniforms(seed, f"poses.{law}.{k}", first, last) for k in range(joints)])
+    return in_ranges(u, low, high, law)
 
 
 def _sobol(joints: int, seed: int, of_set: int, first: int, last: int) -> Floats:
-    return _sequence(seed, f"poses.sobol.{of_set}", joints).stretch(first, last)
+    return _sequence(seed, f"poses.sobol.{of_set}", joints).stretch(first, last).T
 
 
 def _uniforms(seed: int, name: str, first: int, last: int) -> Floats:
